@@ -1,0 +1,135 @@
+#include "services/core/record_file.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+#include "services/core/crc32c.hpp"
+
+namespace tonus {
+namespace {
+
+struct Header {
+  std::uint32_t length;
+  std::uint32_t crc;
+};
+static_assert(sizeof(Header) == 8);
+
+std::uint32_t checksum(std::span<const std::byte> content) {
+  // The length takes part: a run of zeros is not a good record of length zero.
+  return crc32c(content) ^ static_cast<std::uint32_t>(content.size() * 2654435761U + 1U);
+}
+
+bool read_exactly(int descriptor, std::byte* out, std::size_t count, std::uint64_t offset) {
+  while (count > 0) {
+    const ssize_t n = pread(descriptor, out, count, static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    out += n;
+    offset += static_cast<std::uint64_t>(n);
+    count -= static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+bool write_exactly(int descriptor, const std::byte* data, std::size_t count, std::uint64_t offset) {
+  while (count > 0) {
+    const ssize_t n = pwrite(descriptor, data, count, static_cast<off_t>(offset));
+    if (n < 0 && errno == EINTR) continue;
+    if (n <= 0) return false;
+    data += n;
+    offset += static_cast<std::uint64_t>(n);
+    count -= static_cast<std::size_t>(n);
+  }
+  return true;
+}
+
+bool read_record(int descriptor, std::uint64_t offset, std::vector<std::byte>& content) {
+  Header header{};
+  if (!read_exactly(descriptor, reinterpret_cast<std::byte*>(&header), sizeof header, offset)) return false;
+  if (header.length > RecordFile::kMaxRecord) return false;
+  content.resize(header.length);
+  return read_exactly(descriptor, content.data(), content.size(), offset + sizeof header) &&
+         checksum(content) == header.crc;
+}
+
+}  // namespace
+
+Result<RecordFile> RecordFile::open(const std::filesystem::path& path, const Visitor& visit) {
+  RecordFile file(path, ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
+  if (file.descriptor_ < 0) return file.system_error("cannot be opened");
+  struct stat status {};
+  if (fstat(file.descriptor_, &status) != 0) return file.system_error("cannot be examined");
+  const auto length = static_cast<std::uint64_t>(status.st_size);
+
+  std::vector<std::byte> content;
+  while (file.size_ < length && read_record(file.descriptor_, file.size_, content)) {
+    if (visit) visit(file.size_, content);
+    file.size_ += sizeof(Header) + content.size();
+  }
+  file.torn_bytes_ = length - file.size_;
+  if (file.torn_bytes_ > 0 && ftruncate(file.descriptor_, static_cast<off_t>(file.size_)) != 0) {
+    return file.system_error("its torn end cannot be cut off");
+  }
+  return file;
+}
+
+RecordFile::RecordFile(RecordFile&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_),
+      torn_bytes_(other.torn_bytes_) {}
+
+RecordFile& RecordFile::operator=(RecordFile&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(descriptor_, other.descriptor_);
+  std::swap(size_, other.size_);
+  std::swap(torn_bytes_, other.torn_bytes_);
+  return *this;
+}
+
+RecordFile::~RecordFile() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<std::uint64_t> RecordFile::append(std::span<const std::byte> content) {
+  if (content.size() > kMaxRecord) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("{}: a record of {} bytes, at most {} are allowed",
+                                                         path_.string(), content.size(), kMaxRecord));
+  }
+  const Header header{static_cast<std::uint32_t>(content.size()), checksum(content)};
+  std::vector<std::byte> record(sizeof header + content.size());
+  std::memcpy(record.data(), &header, sizeof header);
+  if (!content.empty()) std::memcpy(record.data() + sizeof header, content.data(), content.size());
+  if (!write_exactly(descriptor_, record.data(), record.size(), size_)) {
+    const Error error = system_error("cannot be written");
+    if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0)
+      return system_error("cannot be written or mended");
+    return error;
+  }
+  return std::exchange(size_, size_ + record.size());
+}
+
+Result<std::vector<std::byte>> RecordFile::read(std::uint64_t offset) const {
+  std::vector<std::byte> content;
+  if (!read_record(descriptor_, offset, content)) {
+    return fail(ErrorCode::kDataLoss,
+                fmt::format("{}: the record at byte {} is damaged", path_.string(), offset));
+  }
+  return content;
+}
+
+Result<void> RecordFile::sync() {
+  if (fdatasync(descriptor_) != 0) return system_error("cannot be synced");
+  return {};
+}
+
+Error RecordFile::system_error(const char* what) const {
+  return fail(ErrorCode::kIo, fmt::format("{}: {}: {}", path_.string(), what, std::strerror(errno)));
+}
+
+}  // namespace tonus

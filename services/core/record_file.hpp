@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstddef>
+#include <cstdint>
+#include <filesystem>
+#include <functional>
+#include <span>
+#include <vector>
+
+#include "services/core/result.hpp"
+
+namespace tonus {
+
+/// A file of records that only grows: each is a length, a CRC-32C of length and content, and the content. A
+/// program killed in the middle of a write leaves a torn last record; open() cuts it off. Written records
+/// survive the program's death at once, and the machine's after sync().
+class RecordFile {
+ public:
+  static constexpr std::size_t kMaxRecord = 1U << 20;
+
+  /// Called for each good record: where it starts in the file and its content.
+  using Visitor = std::function<void(std::uint64_t offset, std::span<const std::byte> content)>;
+
+  /// Opens or makes the file, visits its good records, cuts whatever follows them and stands ready to append.
+  /// kIo names the file and the operating system's reason.
+  [[nodiscard]] static Result<RecordFile> open(const std::filesystem::path& path, const Visitor& visit);
+
+  RecordFile(RecordFile&& other) noexcept;
+  RecordFile& operator=(RecordFile&& other) noexcept;
+  ~RecordFile();
+
+  /// Appends one record; returns where it starts. kInvalidArgument over kMaxRecord; kIo if it was not written
+  /// whole, and the file is as it was before.
+  [[nodiscard]] Result<std::uint64_t> append(std::span<const std::byte> content);
+
+  /// The record at an offset that append() or the visitor gave; kDataLoss if its checksum is wrong.
+  [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset) const;
+
+  /// Waits until everything appended so far is on the disk.
+  [[nodiscard]] Result<void> sync();
+
+  [[nodiscard]] std::uint64_t size() const { return size_; }
+  [[nodiscard]] std::uint64_t torn_bytes() const { return torn_bytes_; }  ///< Cut off by open().
+  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+
+ private:
+  RecordFile(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
+  Error system_error(const char* what) const;
+
+  std::filesystem::path path_;
+  int descriptor_ = -1;
+  std::uint64_t size_ = 0;
+  std::uint64_t torn_bytes_ = 0;
+};
+
+}  // namespace tonus
