@@ -1,0 +1,97 @@
+#include <arpa/inet.h>
+#include <ifaddrs.h>
+#include <memory>
+
+#include "services/bus/bus.hpp"
+#include "services/bus/cyclonedds/cyclonedds_bus.hpp"
+#include "services/bus/fastdds/fastdds_bus.hpp"
+#include "services/bus/memory/memory_bus.hpp"
+#include "services/bus/sanitizer_exceptions.hpp"
+
+namespace tonus::bus {
+namespace {
+
+constexpr int kMaximumDomain = 232;  // RTPS 2.3, 9.6.1.1: ports of larger domains do not exist
+
+Result<void> check_address(const char* what, const std::string& address) {
+  in_addr parsed{};
+  if (inet_pton(AF_INET, address.c_str(), &parsed) == 1) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              std::string(what) + " '" + address + "': an IPv4 address such as 127.0.0.1 is needed");
+}
+
+/// Fast DDS would carry on without any interface, and without a word.
+bool is_own_address(const std::string& address) {
+  in_addr wanted{};
+  inet_pton(AF_INET, address.c_str(), &wanted);
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0) return true;  // then the carrier finds out
+  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> list(first, freeifaddrs);
+  for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    if (reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr == wanted.s_addr) return true;
+  }
+  return false;
+}
+
+Result<void> check_options(const BusOptions& options) {
+  if (options.domain < 0 || options.domain > kMaximumDomain) {
+    return fail(ErrorCode::kInvalidArgument, "domain " + std::to_string(options.domain) + ": must be 0 to " +
+                                                 std::to_string(kMaximumDomain));
+  }
+  if (options.participant_lease < std::chrono::milliseconds{100}) {
+    return fail(ErrorCode::kInvalidArgument, "participant lease " +
+                                                 std::to_string(options.participant_lease.count()) +
+                                                 " ms: must be at least 100 ms");
+  }
+  if (options.network.peers.empty()) {
+    return fail(ErrorCode::kInvalidArgument, "peers: none given, at least one address is needed");
+  }
+  if (auto good = check_address("interface address", options.network.interface_address); !good) return good;
+  for (const std::string& peer : options.network.peers) {
+    if (auto good = check_address("peer", peer); !good) return good;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Vendor> parse_vendor(std::string_view text) {
+  for (const Vendor vendor : {Vendor::kMemory, Vendor::kFastDds, Vendor::kCycloneDds}) {
+    if (text == vendor_name(vendor)) return vendor;
+  }
+  return fail(ErrorCode::kInvalidArgument,
+              "DDS vendor '" + std::string(text) + "': must be fastdds, cyclonedds or memory");
+}
+
+std::string_view vendor_name(Vendor vendor) {
+  switch (vendor) {
+    case Vendor::kMemory:
+      return "memory";
+    case Vendor::kFastDds:
+      return "fastdds";
+    case Vendor::kCycloneDds:
+      return "cyclonedds";
+  }
+  return "unknown";
+}
+
+Result<std::unique_ptr<Bus>> create_bus(const BusOptions& options) {
+  if (auto good = check_options(options); !good) return good.error();
+  if (options.vendor != Vendor::kMemory && !is_own_address(options.network.interface_address)) {
+    return fail(ErrorCode::kUnavailable, "interface address " + options.network.interface_address +
+                                             ": no interface of this machine has it");
+  }
+  switch (options.vendor) {
+    case Vendor::kMemory:
+      return create_memory_bus(options);
+    case Vendor::kFastDds:
+      return create_fastdds_bus(options);
+    case Vendor::kCycloneDds:
+      return create_cyclonedds_bus(options);
+  }
+  return fail(ErrorCode::kInvalidArgument,
+              "vendor " + std::to_string(static_cast<int>(options.vendor)) + ": unknown");
+}
+
+}  // namespace tonus::bus

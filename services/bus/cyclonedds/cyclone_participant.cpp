@@ -1,0 +1,100 @@
+#include "services/bus/cyclonedds/cyclone_participant.hpp"
+
+#include <utility>
+
+#include "services/bus/cyclonedds/cdr_sertype.hpp"
+#include "services/bus/cyclonedds/cyclone_qos.hpp"
+#include "services/bus/discovery_limits.hpp"
+
+namespace tonus::bus {
+namespace {
+
+constexpr dds_domainid_t kFirstInternalDomain = 100000;  // clear of the ids that RTPS knows
+
+/// A new domain under the first internal id that is free in this process.
+dds_entity_t create_domain(const std::string& configuration, dds_domainid_t& id) {
+  dds_entity_t domain = DDS_RETCODE_PRECONDITION_NOT_MET;
+  for (id = kFirstInternalDomain; domain == DDS_RETCODE_PRECONDITION_NOT_MET; ++id) {
+    domain = dds_create_domain(id, configuration.c_str());
+    if (domain >= 0) break;
+  }
+  return domain;
+}
+
+std::string element(const std::string& name, const std::string& value) {
+  return "<" + name + ">" + value + "</" + name + ">";
+}
+
+}  // namespace
+
+CycloneEntity::~CycloneEntity() {
+  if (entity_ > 0) dds_delete(entity_);
+}
+
+CycloneEntity::CycloneEntity(CycloneEntity&& other) noexcept : entity_(std::exchange(other.entity_, 0)) {}
+
+CycloneEntity& CycloneEntity::operator=(CycloneEntity&& other) noexcept {
+  std::swap(entity_, other.entity_);
+  return *this;
+}
+
+std::string cyclone_configuration(const BusOptions& options) {
+  const NetworkProfile& network = options.network;
+  const bool is_loopback = network.interface_address.starts_with("127.");
+  const std::string lease = std::to_string(options.participant_lease.count()) + "ms";
+  const std::string announcement =
+      std::to_string(announcement_period(options.participant_lease).count()) + "ms";
+  std::string peers;
+  for (const std::string& peer : network.peers) peers += "<Peer Address=\"" + peer + "\"/>";
+  // The addresses have been checked to be numbers and dots.
+  return "<CycloneDDS><Domain Id=\"any\"><General><Interfaces><NetworkInterface address=\"" +
+         network.interface_address + "\" multicast=\"false\"/></Interfaces>" +
+         element("AllowMulticast", "false") +
+         (is_loopback ? element("MaxMessageSize", "65500B") + element("FragmentSize", "16000B") : "") +
+         "</General><Discovery>" + element("ExternalDomainId", std::to_string(options.domain)) +
+         element("ParticipantIndex", "auto") +
+         element("MaxAutoParticipantIndex", std::to_string(kMaximumParticipantsPerHost - 1)) +
+         element("Peers", peers) + element("LeaseDuration", lease) + element("SPDPInterval", announcement) +
+         "</Discovery><Internal>" + element("GenerateKeyhash", "true") +
+         "<HeartbeatInterval min=\"2ms\" minsched=\"5ms\" max=\"1s\">10ms</HeartbeatInterval>" +
+         element("NackDelay", "1ms") + element("AutoReschedNackDelay", "10ms") +
+         element("Watermarks", element("WhcAdaptive", "false") + element("WhcHigh", "16MB")) +
+         "</Internal></Domain></CycloneDDS>";
+}
+
+CycloneParticipant::CycloneParticipant(CycloneEntity domain, CycloneEntity participant)
+    : domain_(std::move(domain)), participant_(std::move(participant)) {}
+
+Result<std::shared_ptr<CycloneParticipant>> CycloneParticipant::create(const BusOptions& options) {
+  dds_domainid_t id = 0;
+  CycloneEntity domain(create_domain(cyclone_configuration(options), id));
+  CycloneQos qos;
+  dds_qset_entity_name(qos.get(), options.participant_name.c_str());
+  CycloneEntity participant(domain.get() > 0 ? dds_create_participant(id, qos.get(), nullptr) : domain.get());
+  if (participant.get() <= 0) {
+    return fail(ErrorCode::kUnavailable, "Cyclone DDS: no participant in domain " +
+                                             std::to_string(options.domain) + " on " +
+                                             options.network.interface_address +
+                                             ": is the address this machine's, and are its ports free?");
+  }
+  return std::shared_ptr<CycloneParticipant>(
+      new CycloneParticipant(std::move(domain), std::move(participant)));
+}
+
+Result<CycloneTopic> CycloneParticipant::create_topic(const TopicSpec& spec) {
+  ddsi_sertype* type = new CdrSertype(std::string(spec.type_name));
+  const std::string name(spec.name);
+  CycloneTopic topic;
+  topic.entity =
+      CycloneEntity(dds_create_topic_sertype(get(), name.c_str(), &type, nullptr, nullptr, nullptr));
+  if (topic.entity.get() <= 0) {
+    const char* reason = dds_strretcode(-topic.entity.get());
+    ddsi_sertype_unref(type);
+    return fail(ErrorCode::kInvalidArgument, "topic '" + name + "' of type " + std::string(spec.type_name) +
+                                                 ": refused by Cyclone DDS: " + reason);
+  }
+  topic.type = type;  // the one given, or an equal one that was there
+  return topic;
+}
+
+}  // namespace tonus::bus

@@ -1,0 +1,44 @@
+#pragma once
+
+#include <fastdds/dds/domain/DomainParticipant.hpp>
+#include <fastdds/dds/publisher/Publisher.hpp>
+#include <fastdds/dds/subscriber/Subscriber.hpp>
+#include <fastdds/dds/topic/Topic.hpp>
+#include <map>
+#include <memory>
+#include <mutex>
+#include <string>
+
+#include "services/bus/bus.hpp"
+
+namespace tonus::bus {
+
+namespace fast = eprosima::fastdds::dds;
+
+/// One Fast DDS participant with its publisher, subscriber and topics; writers and readers share it and it
+/// goes with the last of them. Thread-safe.
+class FastParticipant {
+ public:
+  [[nodiscard]] static Result<std::shared_ptr<FastParticipant>> create(const BusOptions& options);
+  ~FastParticipant();
+  FastParticipant(const FastParticipant&) = delete;
+  FastParticipant& operator=(const FastParticipant&) = delete;
+
+  /// The topic's one object in this participant; kept until the participant goes. kInvalidArgument when its
+  /// name is there with another type.
+  [[nodiscard]] Result<fast::Topic*> topic(const TopicSpec& spec);
+  [[nodiscard]] fast::Publisher& publisher() { return *publisher_; }
+  [[nodiscard]] fast::Subscriber& subscriber() { return *subscriber_; }
+
+ private:
+  explicit FastParticipant(fast::DomainParticipant* participant);
+  [[nodiscard]] Result<void> register_type(const std::string& type_name);
+
+  fast::DomainParticipant* participant_;
+  fast::Publisher* publisher_;
+  fast::Subscriber* subscriber_;
+  std::mutex mutex_;
+  std::map<std::string, fast::Topic*> topics_;
+};
+
+}  // namespace tonus::bus

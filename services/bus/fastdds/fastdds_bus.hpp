@@ -1,0 +1,10 @@
+#pragma once
+
+#include "services/bus/bus.hpp"
+
+namespace tonus::bus {
+
+/// create_bus for Vendor::kFastDds, with options already checked.
+[[nodiscard]] Result<std::unique_ptr<Bus>> create_fastdds_bus(const BusOptions& options);
+
+}  // namespace tonus::bus
