@@ -1,0 +1,107 @@
+#pragma once
+
+#include <array>
+
+#include "idl/bounds.hpp"
+#include "services/bus/bus.hpp"
+#include "services/bus/typed.hpp"
+
+#include <idl/archive.h>
+#include <idl/estimate.h>
+#include <idl/rig.h>
+#include <idl/service.h>
+#include <idl/session.h>
+#include <idl/trial.h>
+
+/// The one table of topics: name, type and quality of service of everything on the bus. A topic more is a
+/// line here and a type in an .idl file. Who writes and reads each one is in this folder's README.
+namespace tonus::topics {
+
+namespace qos {
+using std::chrono::milliseconds;
+
+/// The last value of each key, also for who comes late.
+inline constexpr bus::Qos kLatest{.reliable = true,
+                                  .durability = bus::Durability::kTransientLocal,
+                                  .history = bus::History::kKeepLast,
+                                  .depth = 1,
+                                  .max_blocking = milliseconds(1000)};
+
+/// As kLatest, and its writer's death is noticed within the lease.
+inline constexpr bus::Qos kAlive{.reliable = true,
+                                 .durability = bus::Durability::kTransientLocal,
+                                 .history = bus::History::kKeepLast,
+                                 .depth = 1,
+                                 .liveliness_lease = milliseconds(500),
+                                 .max_blocking = milliseconds(1000)};
+
+/// Every message to who is there now; a full history is an error to the sender, who tries again.
+inline constexpr bus::Qos kRequest{.reliable = true,
+                                   .durability = bus::Durability::kVolatile,
+                                   .history = bus::History::kKeepAll,
+                                   .depth = 256,
+                                   .max_blocking = milliseconds(200)};
+
+/// Blocks of samples: every one to who is there now, with back-pressure; the rig's spool fills what is
+/// missing.
+inline constexpr bus::Qos kStream{.reliable = true,
+                                  .durability = bus::Durability::kVolatile,
+                                  .history = bus::History::kKeepAll,
+                                  .depth = 1000,
+                                  .max_blocking = milliseconds(20)};
+
+/// For eyes only: an old value is worth nothing.
+inline constexpr bus::Qos kLive{.reliable = false,
+                                .durability = bus::Durability::kVolatile,
+                                .history = bus::History::kKeepLast,
+                                .depth = 1};
+}  // namespace qos
+
+template <typename T>
+using Topic = bus::Topic<T>;
+
+inline constexpr Topic<v1::RigDescription> kRigDescription{
+    {"rig/description", "tonus::v1::RigDescription", qos::kLatest, 4096}};
+inline constexpr Topic<v1::RigState> kRigState{{"rig/state", "tonus::v1::RigState", qos::kAlive, 4096}};
+inline constexpr Topic<v1::SampleBlock> kRigSamples{
+    {"rig/samples", "tonus::v1::SampleBlock", qos::kStream, 32768}};
+inline constexpr Topic<v1::RigCommand> kRigCommand{
+    {"rig/command", "tonus::v1::RigCommand", qos::kRequest, 4096}};
+inline constexpr Topic<v1::RigReply> kRigReply{{"rig/reply", "tonus::v1::RigReply", qos::kRequest, 4096}};
+inline constexpr Topic<v1::TrialCommand> kTrialCommand{
+    {"trial/command", "tonus::v1::TrialCommand", qos::kRequest, 4096}};
+inline constexpr Topic<v1::TrialOutcome> kTrialOutcome{
+    {"trial/outcome", "tonus::v1::TrialOutcome", qos::kLatest, 4096}};
+inline constexpr Topic<v1::TrialVerdict> kTrialVerdict{
+    {"trial/verdict", "tonus::v1::TrialVerdict", qos::kLatest, 4096}};
+inline constexpr Topic<v1::Estimate> kEstimateLive{
+    {"estimate/live", "tonus::v1::Estimate", qos::kLive, 60000}};
+inline constexpr Topic<v1::Estimate> kEstimateCondition{
+    {"estimate/condition", "tonus::v1::Estimate", qos::kLatest, 60000}};
+inline constexpr Topic<v1::SessionPlan> kSessionPlan{
+    {"session/plan", "tonus::v1::SessionPlan", qos::kLatest, 60000}};
+inline constexpr Topic<v1::SessionState> kSessionState{
+    {"session/state", "tonus::v1::SessionState", qos::kLatest, 8192}};
+inline constexpr Topic<v1::SessionCommand> kSessionCommand{
+    {"session/command", "tonus::v1::SessionCommand", qos::kRequest, 60000}};
+inline constexpr Topic<v1::SessionReply> kSessionReply{
+    {"session/reply", "tonus::v1::SessionReply", qos::kRequest, 8192}};
+inline constexpr Topic<v1::SessionCue> kSessionCue{
+    {"session/cue", "tonus::v1::SessionCue", qos::kLatest, 4096}};
+inline constexpr Topic<v1::ArchiveReceipt> kArchiveReceipt{
+    {"archive/receipt", "tonus::v1::ArchiveReceipt", qos::kLatest, 4096}};
+inline constexpr Topic<v1::ArchiveResend> kArchiveResend{
+    {"archive/resend", "tonus::v1::ArchiveResend", qos::kRequest, 4096}};
+inline constexpr Topic<v1::ServiceHealth> kServiceHealth{
+    {"service/health", "tonus::v1::ServiceHealth", qos::kAlive, 8192}};
+
+/// Every topic, for who carries bytes without reading them.
+inline constexpr std::array kAll{
+    kRigDescription.spec, kRigState.spec,          kRigSamples.spec,   kRigCommand.spec,
+    kRigReply.spec,       kTrialCommand.spec,      kTrialOutcome.spec, kTrialVerdict.spec,
+    kEstimateLive.spec,   kEstimateCondition.spec, kSessionPlan.spec,  kSessionState.spec,
+    kSessionCommand.spec, kSessionReply.spec,      kSessionCue.spec,   kArchiveReceipt.spec,
+    kArchiveResend.spec,  kServiceHealth.spec,
+};
+
+}  // namespace tonus::topics

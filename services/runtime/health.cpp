@@ -1,0 +1,157 @@
+#include "services/runtime/health.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+#include <utility>
+
+#include "idl/topics.hpp"
+#include "services/runtime/drain.hpp"
+#include "services/runtime/version.hpp"
+
+#include <idl/idl_hash.hpp>
+
+namespace tonus::runtime {
+namespace {
+
+constexpr std::chrono::milliseconds kPeriod{500};
+
+}  // namespace
+
+const char* role_name(v1::ServiceRole role) {
+  switch (role) {
+    case v1::ROLE_RIG:
+      return "rig";
+    case v1::ROLE_SCHEDULER:
+      return "scheduler";
+    case v1::ROLE_IDENTIFICATION:
+      return "identification";
+    case v1::ROLE_ARCHIVE:
+      return "archive";
+    case v1::ROLE_DASHBOARD:
+      return "dashboard";
+    case v1::ROLE_OPERATOR:
+      return "operator";
+  }
+  return "unknown";
+}
+
+Id idl_hash() { return *id_from_hex(v1::kIdlHash); }
+
+Result<HealthReporter> HealthReporter::create(bus::Bus& bus, const Clock& clock, v1::ServiceRole role,
+                                              const CommonOptions& options) {
+  auto writer = bus::TypedWriter<v1::ServiceHealth>::create(bus, topics::kServiceHealth);
+  if (!writer) return writer.error();
+  v1::ServiceHealth health;
+  health.role(role);
+  health.name(options.rig);
+  health.instance_id(id_of(fmt::format("service/{}/{}", role_name(role), options.rig)));
+  health.idl_hash(idl_hash());
+  health.software_version(kVersion);
+  health.vendor(options.dds);
+  health.started_ns(clock.utc_ns());
+  health.process_id(static_cast<std::uint64_t>(getpid()));
+  health.state("starting");
+  return HealthReporter(std::move(*writer), clock, health);
+}
+
+HealthReporter::HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer, const Clock& clock,
+                               v1::ServiceHealth health)
+    : writer_(std::move(writer)), clock_(&clock), health_(std::move(health)) {}
+
+HealthReporter::HealthReporter(HealthReporter&& other) noexcept
+    : writer_(std::exchange(other.writer_, std::nullopt)),
+      clock_(other.clock_),
+      health_(std::move(other.health_)),
+      due_(other.due_),
+      has_changed_(other.has_changed_) {}
+
+HealthReporter::~HealthReporter() {
+  if (!writer_) return;
+  health_.is_ready(false);
+  health_.is_leaving(true);
+  health_.state("ended");
+  publish();
+}
+
+void HealthReporter::set_state(bool is_ready, const std::string& state) {
+  if (health_.is_ready() == is_ready && health_.state() == state) return;
+  health_.is_ready(is_ready);
+  health_.state(state);
+  has_changed_ = true;
+}
+
+void HealthReporter::set_load(double lag_s, std::uint32_t queue_depth, std::uint64_t dropped) {
+  health_.lag_s(lag_s);
+  health_.queue_depth(queue_depth);
+  health_.dropped(dropped);
+}
+
+Clock::TimePoint HealthReporter::publish_if_due() {
+  if (has_changed_ || clock_->now() >= due_) publish();
+  return due_;
+}
+
+void HealthReporter::publish() {
+  // A report that cannot be sent is followed by the next one half a second later.
+  (void)writer_->write(health_);
+  has_changed_ = false;
+  due_ = clock_->now() + kPeriod;
+}
+
+Result<Roster> Roster::create(bus::Bus& bus, const Clock& clock, std::shared_ptr<bus::Notifier> notifier) {
+  auto reader = bus::TypedReader<v1::ServiceHealth>::create(bus, topics::kServiceHealth, std::move(notifier));
+  if (!reader) return reader.error();
+  return Roster(std::move(*reader), clock);
+}
+
+Roster::Roster(bus::TypedReader<v1::ServiceHealth> reader, const Clock& clock)
+    : reader_(std::move(reader)), clock_(&clock) {}
+
+void Roster::update() {
+  for (auto& received : drain(reader_)) {
+    const Id id = received.value.instance_id();
+    if (received.value.is_leaving()) {
+      const auto known = entries_.find(id);
+      // The last word of a service that its successor has replaced says nothing of the successor.
+      if (known != entries_.end() && known->second.health.process_id() == received.value.process_id()) {
+        entries_.erase(known);
+      }
+      continue;
+    }
+    entries_[id] = {std::move(received.value), clock_->now()};
+  }
+  std::erase_if(entries_,
+                [this](const auto& entry) { return clock_->now() - entry.second.heard > kSilence; });
+}
+
+std::vector<v1::ServiceHealth> Roster::present() const {
+  std::vector<v1::ServiceHealth> all;
+  for (const auto& [id, entry] : entries_) all.push_back(entry.health);
+  return all;
+}
+
+std::optional<v1::ServiceHealth> Roster::find(v1::ServiceRole role) const {
+  for (const auto& [id, entry] : entries_) {
+    if (entry.health.role() == role) return entry.health;
+  }
+  return std::nullopt;
+}
+
+std::string Roster::missing(const std::vector<v1::ServiceRole>& roles, bool must_be_ready) const {
+  std::string text;
+  const auto add = [&text](const std::string& item) { text += (text.empty() ? "" : "; ") + item; };
+  for (const auto role : roles) {
+    const auto health = find(role);
+    if (!health) {
+      add(fmt::format("{} is not there", role_name(role)));
+    } else if (health->idl_hash() != idl_hash()) {
+      add(fmt::format("{} speaks contract {}, this program {}", role_name(role), to_hex(health->idl_hash()),
+                      v1::kIdlHash));
+    } else if (must_be_ready && !health->is_ready()) {
+      add(fmt::format("{} is not ready: {}", role_name(role), health->state()));
+    }
+  }
+  return text;
+}
+
+}  // namespace tonus::runtime

@@ -1,0 +1,88 @@
+#pragma once
+
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/bus/bus.hpp"
+#include "services/bus/typed.hpp"
+#include "services/core/clock.hpp"
+#include "services/core/id.hpp"
+#include "services/runtime/options.hpp"
+
+#include <idl/service.h>
+
+namespace tonus::runtime {
+
+/// "rig", "scheduler", "identification", "archive", "dashboard" or "operator".
+[[nodiscard]] const char* role_name(v1::ServiceRole role);
+
+/// Hash of the contract that this program was built from.
+[[nodiscard]] Id idl_hash();
+
+/// Publishes this service's health: at once when it changes, else every half second, and a last word when it
+/// ends.
+class HealthReporter {
+ public:
+  [[nodiscard]] static Result<HealthReporter> create(bus::Bus& bus, const Clock& clock, v1::ServiceRole role,
+                                                     const CommonOptions& options);
+  HealthReporter(HealthReporter&& other) noexcept;
+  HealthReporter& operator=(HealthReporter&&) = delete;
+  ~HealthReporter();
+
+  /// `state` is a line for a person: what it does, or what is missing where it is not ready.
+  void set_state(bool is_ready, const std::string& state);
+  void set_load(double lag_s, std::uint32_t queue_depth, std::uint64_t dropped);
+
+  /// Publishes if it is due; returns when it is due next.
+  Clock::TimePoint publish_if_due();
+
+ private:
+  HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer, const Clock& clock, v1::ServiceHealth health);
+  void publish();
+
+  std::optional<bus::TypedWriter<v1::ServiceHealth>> writer_;
+  const Clock* clock_;
+  v1::ServiceHealth health_;
+  Clock::TimePoint due_;
+  bool has_changed_ = true;
+};
+
+/// What is known of all services from their health: who is there, ready, and of the same contract.
+class Roster {
+ public:
+  /// A service that has not been heard of for this long is gone: four missed reports.
+  static constexpr std::chrono::milliseconds kSilence{2000};
+
+  [[nodiscard]] static Result<Roster> create(bus::Bus& bus, const Clock& clock,
+                                             std::shared_ptr<bus::Notifier> notifier);
+
+  /// Takes what has arrived. Call before asking.
+  void update();
+
+  /// The newest health of every service that is there.
+  [[nodiscard]] std::vector<v1::ServiceHealth> present() const;
+
+  /// Newest health of a role, if such a service is there.
+  [[nodiscard]] std::optional<v1::ServiceHealth> find(v1::ServiceRole role) const;
+
+  /// Empty if each of `roles` is there, of this program's contract, and ready; else a line that says of each
+  /// one that is not what is wrong with it. With `must_be_ready` false a service need only be there.
+  [[nodiscard]] std::string missing(const std::vector<v1::ServiceRole>& roles,
+                                    bool must_be_ready = true) const;
+
+ private:
+  struct Entry {
+    v1::ServiceHealth health;
+    Clock::TimePoint heard;
+  };
+  Roster(bus::TypedReader<v1::ServiceHealth> reader, const Clock& clock);
+
+  bus::TypedReader<v1::ServiceHealth> reader_;
+  const Clock* clock_;
+  std::map<Id, Entry> entries_;
+};
+
+}  // namespace tonus::runtime

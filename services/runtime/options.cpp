@@ -1,0 +1,94 @@
+#include "services/runtime/options.hpp"
+
+#include <cstdio>
+#include <cstdlib>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/sinks/stdout_color_sinks.h>
+#include <spdlog/spdlog.h>
+
+#include "services/runtime/version.hpp"
+
+namespace tonus::runtime {
+
+void add_common_options(CLI::App& app, CommonOptions& options) {
+  app.add_option("--domain", options.domain, "DDS domain, 0 to 232")
+      ->envname("TONUS_DOMAIN")
+      ->check(CLI::Range(0, 232))
+      ->capture_default_str();
+  app.add_option("--dds", options.dds, "DDS implementation: fastdds or cyclonedds")
+      ->envname("TONUS_DDS")
+      ->check(CLI::IsMember({"fastdds", "cyclonedds"}))
+      ->capture_default_str();
+  app.add_option("--rig", options.rig, "name of the rig")->envname("TONUS_RIG")->capture_default_str();
+  app.add_option("--data", options.data, "folder for everything that is kept")->envname("TONUS_DATA");
+  app.add_option(
+         "--network", options.network,
+         "address of this machine's interface, then of each peer, for a lab network (default: this machine "
+         "only)")
+      ->expected(1, 64);
+  app.add_option("--log", options.log_level, "debug, info, warn or error")
+      ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
+      ->capture_default_str();
+  app.set_version_flag("--version", kVersion);
+}
+
+std::filesystem::path default_data_folder() {
+  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0') {
+    return std::filesystem::path(state) / "tonus";
+  }
+  const char* home = std::getenv("HOME");
+  return std::filesystem::path(home != nullptr ? home : "/tmp") / ".local" / "state" / "tonus";
+}
+
+int parse_command_line(CLI::App& app, int argc, char** argv) {
+  try {
+    app.parse(argc, argv);
+  } catch (const CLI::Success& success) {
+    return app.exit(success);
+  } catch (const CLI::ParseError& error) {
+    std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(), error.what());
+    return 2;
+  }
+  return -1;
+}
+
+Result<std::filesystem::path> data_folder(const CommonOptions& options) {
+  const std::filesystem::path folder =
+      options.data.empty() ? default_data_folder() : std::filesystem::path(options.data);
+  std::error_code error;
+  std::filesystem::create_directories(folder, error);
+  if (error) {
+    return fail(ErrorCode::kIo, fmt::format("--data {}: {}; a folder that can be written is needed",
+                                            folder.string(), error.message()));
+  }
+  return std::filesystem::absolute(folder);
+}
+
+Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const std::string& program) {
+  auto vendor = bus::parse_vendor(options.dds);
+  if (!vendor) return vendor.error();
+  bus::BusOptions bus_options;
+  bus_options.vendor = *vendor;
+  bus_options.domain = options.domain;
+  bus_options.participant_name = program;
+  if (!options.network.empty()) {
+    bus_options.network.interface_address = options.network.front();
+    bus_options.network.peers.assign(options.network.begin() + 1, options.network.end());
+    bus_options.network.peers.push_back(options.network.front());
+  }
+  return bus::create_bus(bus_options);
+}
+
+int report(const std::string& program, const Error& error) {
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), error.message.c_str());
+  return 1;
+}
+
+void start_log(const std::string& program, const std::string& level) {
+  auto logger = spdlog::stderr_color_mt(program);
+  logger->set_pattern("%H:%M:%S.%e %^%l%$ %n: %v");
+  logger->set_level(spdlog::level::from_str(level));
+  spdlog::set_default_logger(logger);
+}
+
+}  // namespace tonus::runtime

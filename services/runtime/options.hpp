@@ -1,0 +1,47 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "services/bus/bus.hpp"
+#include "services/core/result.hpp"
+
+namespace tonus::runtime {
+
+/// What every program of the system is told on its command line. Environment: TONUS_DOMAIN, TONUS_DDS,
+/// TONUS_RIG, TONUS_DATA.
+struct CommonOptions {
+  int domain = 47;
+  std::string dds = "fastdds";
+  std::string rig = "rig";
+  std::string data;  ///< Folder for what the program keeps; default_data_folder() where empty.
+  std::string log_level = "info";
+  std::vector<std::string> network;  ///< Interface address, then peers; empty: this machine only.
+};
+
+/// Adds the common options to `app`.
+void add_common_options(CLI::App& app, CommonOptions& options);
+
+/// XDG_STATE_HOME/tonus or ~/.local/state/tonus.
+[[nodiscard]] std::filesystem::path default_data_folder();
+
+/// Parses the command line. Returns -1 to go on, else the exit code: 0 for --help and --version, 2 for a line
+/// that was refused, after one line on standard error that names the option, its value and what is allowed.
+[[nodiscard]] int parse_command_line(CLI::App& app, int argc, char** argv);
+
+/// Creates the data folder and opens the bus that the options name.
+[[nodiscard]] Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options,
+                                                         const std::string& program);
+
+/// The data folder, made if it is missing.
+[[nodiscard]] Result<std::filesystem::path> data_folder(const CommonOptions& options);
+
+/// One line on standard error, "program: message". Returns the exit code 1.
+int report(const std::string& program, const Error& error);
+
+/// Log lines to standard error: time, level, program, text.
+void start_log(const std::string& program, const std::string& level);
+
+}  // namespace tonus::runtime
