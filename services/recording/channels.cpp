@@ -1,0 +1,293 @@
+#include "services/recording/channels.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <optional>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/recording/json_file.hpp"
+#include "services/recording/table.hpp"
+
+namespace tonus::recording {
+namespace {
+
+constexpr double kTurn = 2.0 * std::numbers::pi;  // rad
+
+/// "N m" however it is spelt; other units as they stand.
+std::string normal_unit(const std::string& unit) {
+  for (const char* spelling : {"N m", "Nm", "N*m", "N.m", "N-m", "N·m"}) {
+    if (unit == spelling) return "N m";
+  }
+  return unit;
+}
+
+/// The rows of `_channels.tsv`, with the search for what we can use.
+class ChannelTable {
+ public:
+  explicit ChannelTable(Table table) : table_(std::move(table)) {}
+
+  [[nodiscard]] std::size_t size() const { return table_.rows(); }
+  [[nodiscard]] std::string name(std::size_t row) const { return std::string(table_.cell(row, "name")); }
+  [[nodiscard]] std::string tracked_point(std::size_t row) const { return table_.text(row, "tracked_point"); }
+  [[nodiscard]] std::string unit(std::size_t row) const {
+    return normal_unit(std::string(table_.cell(row, "units")));
+  }
+  [[nodiscard]] bool is_type(std::size_t row, std::string_view type) const {
+    return table_.cell(row, "type") == type;
+  }
+
+  [[nodiscard]] std::optional<std::size_t> find(std::string_view name) const {
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      if (table_.cell(row, "name") == name) return row;
+    }
+    return {};
+  }
+
+  [[nodiscard]] bool has_all(const std::vector<std::string_view>& names) const {
+    return std::all_of(names.begin(), names.end(),
+                       [this](std::string_view name) { return find(name).has_value(); });
+  }
+
+  /// The only row that `is_wanted`, or nothing.
+  template <typename Predicate>
+  [[nodiscard]] std::optional<std::size_t> only(const Predicate& is_wanted) const {
+    std::optional<std::size_t> found;
+    for (std::size_t row = 0; row < table_.rows(); ++row) {
+      if (!is_wanted(row)) continue;
+      if (found) return {};
+      found = row;
+    }
+    return found;
+  }
+
+  [[nodiscard]] Result<void> require_unit(std::size_t row, std::string_view needed) const {
+    if (unit(row) == needed) return {};
+    return table_.refuse(row, "units", fmt::format("'{}' is needed for channel {}", needed, name(row)));
+  }
+
+  [[nodiscard]] Error refuse(std::size_t row, std::string_view column, std::string_view allowed) const {
+    return table_.refuse(row, column, allowed);
+  }
+
+  [[nodiscard]] std::string names() const {
+    std::vector<std::string> all;
+    for (std::size_t row = 0; row < table_.rows(); ++row) all.push_back(name(row));
+    return fmt::format("{}", fmt::join(all, ", "));
+  }
+
+ private:
+  Table table_;
+};
+
+struct Assignment {
+  std::string_view name;
+  Column column;
+  std::string_view unit;
+};
+
+Result<void> assign(const ChannelTable& table, const std::vector<Assignment>& wanted,
+                    std::vector<Column>& columns) {
+  for (const Assignment& assignment : wanted) {
+    const std::size_t row = *table.find(assignment.name);
+    if (auto good = table.require_unit(row, assignment.unit); !good) return good;
+    columns[row] = assignment.column;
+  }
+  return {};
+}
+
+/// xc and yc, where they are; one-axis rigs have xc alone.
+Result<void> assign_commanded(const ChannelTable& table, const Recording& recording,
+                              std::vector<Column>& columns) {
+  const bool has_one_axis = recording.rig.kind == RigKind::kOneAxis;
+  if (!table.find("xc")) return {};
+  if (has_one_axis) return assign(table, {{"xc", Column::kCommanded0, recording.displacement_unit}}, columns);
+  if (!table.find("yc")) return {};
+  return assign(table, {{"xc", Column::kCommanded0, "m"}, {"yc", Column::kCommanded1, "m"}}, columns);
+}
+
+/// A rig whose channels are already displacement and force.
+RigGeometry converted_rig(RigKind kind) {
+  RigGeometry rig;
+  rig.kind = kind;
+  rig.counts_per_unit = {1.0, 1.0};
+  rig.force_calibration = Eigen::Matrix2d::Identity();
+  rig.force_saturation_V =
+      std::numeric_limits<double>::infinity();  // a converted channel tells of no end stop
+  return rig;
+}
+
+/// "Rig" of `_channels.json`, for raw channels of one or two axes.
+Result<RigGeometry> read_rig(const JsonFile& json, std::size_t axes) {
+  RigGeometry rig;
+  rig.kind = axes == 2 ? RigKind::kTwoLink : RigKind::kOneAxis;
+  const auto stated_axes = json.number("Rig.Axes");
+  if (!stated_axes) return stated_axes.error();
+  if (*stated_axes != static_cast<double>(axes)) {
+    return json.refuse("Rig.Axes", fmt::format("{} is needed for these channels", axes));
+  }
+  if (axes == 2) {
+    const auto lengths = json.numbers("Rig.LinkLengths_m", 2);
+    if (!lengths) return lengths.error();
+    rig.links = {(*lengths)[0], (*lengths)[1]};
+  }
+  const auto counts = json.numbers("Rig.EncoderCountsPerRevolution", axes);
+  if (!counts) return counts.error();
+  const auto zero = json.numbers("Rig.EncoderZero_count", axes);
+  if (!zero) return zero.error();
+  const auto sign = json.numbers("Rig.EncoderSign", axes);
+  if (!sign) return sign.error();
+  const auto calibration = json.matrix("Rig.ForceCalibration_N_per_V", axes);
+  if (!calibration) return calibration.error();
+  const auto offset = json.numbers("Rig.ForceOffset_V", axes);
+  if (!offset) return offset.error();
+  rig.counts_per_unit = {1.0, 1.0};
+  rig.force_calibration.setIdentity();
+  for (std::size_t i = 0; i < axes; ++i) {
+    const auto row = static_cast<Eigen::Index>(i);
+    rig.counts_per_unit[i] = (*counts)[i] / kTurn;
+    rig.encoder_zero[i] = (*zero)[i];
+    rig.encoder_sign[i] = (*sign)[i];
+    rig.force_offset_V[row] = (*offset)[i];
+    for (std::size_t j = 0; j < axes; ++j) {
+      rig.force_calibration(row, static_cast<Eigen::Index>(j)) = (*calibration)[i * axes + j];
+    }
+  }
+  const auto angle = json.number("Rig.ForceSensorAngle_rad", axes == 2 ? std::optional<double>() : 0.0);
+  if (!angle) return angle.error();
+  const auto mass = json.number("Rig.HandleMass_kg", 0.0);
+  if (!mass) return mass.error();
+  const auto saturation = json.number("Rig.ForceSaturation_V", rig.force_saturation_V);
+  if (!saturation) return saturation.error();
+  rig.force_sensor_angle = *angle;
+  rig.handle_mass = *mass;
+  rig.force_saturation_V = *saturation;
+  if (const auto valid = validate(rig); !valid) {
+    return fail(ErrorCode::kInvalidArgument, json.path().string() + ": " + valid.error().message);
+  }
+  return rig;
+}
+
+Result<void> read_posture(const JsonFile& json, Recording& recording) {
+  recording.posture = recording.acquisition;
+  if (json.has("Posture")) {
+    const auto name = json.text("Posture.name", recording.acquisition);
+    if (!name) return name.error();
+    const auto x = json.number("Posture.x_m");
+    if (!x) return x.error();
+    const auto y = json.number("Posture.y_m");
+    if (!y) return y.error();
+    recording.posture = *name;
+    recording.posture_position = Eigen::Vector2d(*x, *y);
+  }
+  return {};
+}
+
+Result<void> read_shoulder(const JsonFile& json, Recording& recording) {
+  const auto x = json.number("ShoulderInRobot.x_m");
+  if (!x) return x.error();
+  const auto y = json.number("ShoulderInRobot.y_m");
+  if (!y) return y.error();
+  const auto angle = json.number("ShoulderInRobot.angle_rad");
+  if (!angle) return angle.error();
+  recording.shoulder = {{*x, *y}, *angle};
+  return {};
+}
+
+Result<void> read_raw(const ChannelTable& table, const JsonFile& json, std::size_t axes, Recording& recording,
+                      std::vector<Column>& columns) {
+  auto rig = read_rig(json, axes);
+  if (!rig) return rig.error();
+  recording.is_raw = true;
+  recording.rig = *rig;
+  if (axes == 1) {
+    recording.displacement_unit = "rad";
+    recording.force_unit = "N m";
+    recording.channel_names = {"q1", "f1"};
+    return assign(table, {{"q1", Column::kCount0, "count"}, {"f1", Column::kForce0, "V"}}, columns);
+  }
+  if (auto read = read_shoulder(json, recording); !read) return read;
+  return assign(table,
+                {{"q1", Column::kCount0, "count"},
+                 {"q2", Column::kCount1, "count"},
+                 {"f1", Column::kForce0, "V"},
+                 {"f2", Column::kForce1, "V"}},
+                columns);
+}
+
+Result<void> read_cartesian(const ChannelTable& table, Recording& recording, std::vector<Column>& columns) {
+  recording.rig = converted_rig(RigKind::kCartesian);
+  return assign(table,
+                {{"x", Column::kCount0, "m"},
+                 {"y", Column::kCount1, "m"},
+                 {"fx", Column::kForce0, "N"},
+                 {"fy", Column::kForce1, "N"}},
+                columns);
+}
+
+Result<void> read_one_axis(const ChannelTable& table, const JsonFile& json, std::size_t displacement,
+                           std::size_t force, Recording& recording, std::vector<Column>& columns) {
+  const std::string unit = table.unit(displacement);
+  if (unit != "m" && unit != "rad") return table.refuse(displacement, "units", "'m' or 'rad' is needed");
+  recording.displacement_unit = unit;
+  recording.force_unit = unit == "m" ? "N" : "N m";
+  if (auto good = table.require_unit(force, recording.force_unit); !good) return good;
+  recording.rig = converted_rig(RigKind::kOneAxis);
+  recording.is_force_sign_stated = json.has("Rig.ForceSign");
+  if (recording.is_force_sign_stated) {
+    const auto sign = json.number("Rig.ForceSign");
+    if (!sign || std::abs(*sign) != 1.0) return json.refuse("Rig.ForceSign", "1 or -1 is needed");
+    recording.rig.force_calibration(0, 0) = *sign;
+  }
+  recording.channel_names = {table.name(displacement), table.name(force)};
+  recording.tracked_point = table.tracked_point(displacement);
+  columns[displacement] = Column::kCount0;
+  columns[force] = Column::kForce0;
+  return {};
+}
+
+/// Chooses what to read from what there is.
+Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::filesystem::path& file,
+                    Recording& recording, std::vector<Column>& columns) {
+  if (table.has_all({"q1", "q2", "f1", "f2"})) return read_raw(table, json, 2, recording, columns);
+  if (table.has_all({"x", "y", "fx", "fy"})) return read_cartesian(table, recording, columns);
+  const bool has_second_axis = table.find("q2") || table.find("f2");
+  if (table.has_all({"q1", "f1"}) && !has_second_axis) return read_raw(table, json, 1, recording, columns);
+
+  const auto displacement = table.only(
+      [&table](std::size_t row) { return table.is_type(row, "JNTANG") || table.is_type(row, "POS"); });
+  const auto force = table.only([&table](std::size_t row) {
+    return table.is_type(row, "MISC") && (table.unit(row) == "N" || table.unit(row) == "N m");
+  });
+  if (displacement && force) return read_one_axis(table, json, *displacement, *force, recording, columns);
+  return fail(
+      ErrorCode::kInvalidArgument,
+      fmt::format(
+          "{}: channels {} are not allowed: needed are q1, q2, f1, f2, or x, y, fx, fy, or one channel "
+          "of type JNTANG or POS and one of type MISC in N or N m",
+          file.string(), table.names()));
+}
+
+}  // namespace
+
+Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Recording& recording) {
+  const std::filesystem::path table_file = stem.string() + "_channels.tsv";
+  const std::filesystem::path json_file = stem.string() + "_channels.json";
+  auto table = Table::read(table_file);
+  if (!table) return table.error();
+  if (auto complete = table->require({"name", "type", "units"}); !complete) return complete.error();
+  std::error_code ignored;
+  auto json = std::filesystem::exists(json_file, ignored) ? JsonFile::read(json_file)
+                                                          : Result<JsonFile>(JsonFile(json_file));
+  if (!json) return json.error();
+
+  const ChannelTable channels(std::move(*table));
+  std::vector<Column> columns(channels.size(), Column::kIgnored);
+  if (auto read = read_posture(*json, recording); !read) return read.error();
+  if (auto chosen = choose(channels, *json, table_file, recording, columns); !chosen) return chosen.error();
+  if (auto assigned = assign_commanded(channels, recording, columns); !assigned) return assigned.error();
+  return columns;
+}
+
+}  // namespace tonus::recording

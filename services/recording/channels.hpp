@@ -1,0 +1,39 @@
+#pragma once
+
+#include <array>
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "services/core/result.hpp"
+#include "services/recording/recording.hpp"
+
+namespace tonus::recording {
+
+/// What a column of `_motion.tsv` holds for us.
+enum class Column : std::uint8_t { kIgnored, kCount0, kCount1, kForce0, kForce1, kCommanded0, kCommanded1 };
+
+/// One row of `_channels.tsv`.
+struct Channel {
+  std::string name;
+  std::string component;  ///< "x", "y" or "n/a".
+  std::string type;       ///< BIDS channel type.
+  std::string tracked_point;
+  std::string units;
+};
+
+/// Reads `<stem>_channels.tsv` and `<stem>_channels.json`: chooses the channels (raw before converted), fills
+/// the recording's rig, units, posture and names, and returns what each column holds.
+[[nodiscard]] Result<std::vector<Column>> read_channels(const std::filesystem::path& stem,
+                                                        Recording& recording);
+
+/// The channels that a recording is written with, in the order of its columns.
+[[nodiscard]] std::vector<Channel> channels_of(const Recording& recording, bool with_converted);
+
+/// Content of `_channels.tsv`.
+[[nodiscard]] std::string channels_text(const std::vector<Channel>& channels);
+
+/// Content of `_channels.json`: rig, shoulder, posture.
+[[nodiscard]] std::string channels_json(const Recording& recording);
+
+}  // namespace tonus::recording

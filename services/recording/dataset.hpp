@@ -1,0 +1,44 @@
+#pragma once
+
+#include <filesystem>
+#include <string>
+#include <vector>
+
+#include "services/recording/recording.hpp"
+
+/// BIDS Motion datasets (BIDS 1.9), the interchange format of recordings.
+namespace tonus::recording {
+
+/// Reads every run of the dataset at `root`, sorted by participant, session, task, acquisition and run.
+///
+/// Channels are known by name: q1 q2 f1 f2 (raw, counts and V; with "Rig" in `_channels.json`), x y fx fy (m
+/// and N in S), or one JNTANG or POS channel and one MISC channel in N or N m (one-axis rigs); raw wins where
+/// both are complete. A record without `_events.tsv` is one continuous perturbation over its whole length,
+/// with the next free trial number of its session. Rows of another `trial_type` than `perturbation` are not
+/// ours and are left out.
+///
+/// Every error is one line that names the file, the line and column where there is one, the value, and what
+/// is allowed. kNotFound: a file that must be there is not. kInvalidArgument: its content is not allowed.
+[[nodiscard]] Result<std::vector<Recording>> read_dataset(const std::filesystem::path& root);
+
+struct WriteOptions {
+  std::string name = "Arm impedance measurement";
+  std::string license;               ///< Left out where empty.
+  std::vector<std::string> authors;  ///< Left out where empty.
+  std::string software_version;      ///< Of the program that writes; left out where empty.
+  bool with_converted = true;        ///< Beside raw two-axis channels also x, y, fx, fy, for other programs.
+};
+
+/// Writes a dataset that read_dataset() reads back with identical numbers, and that bids-validator accepts.
+/// It is made under a temporary name beside `root` and renamed when it is complete and on the disk: a failure
+/// leaves nothing. Converted channels with scales or offsets of their own are written as convert() gives
+/// them.
+///
+/// kAlreadyExists: `root` is there already. kInvalidArgument: two recordings share their labels, a label is
+/// empty or has other than letters and digits, or rows and commanded displacements differ in number. kIo: the
+/// disk.
+[[nodiscard]] Result<void> write_dataset(const std::filesystem::path& root,
+                                         const std::vector<Recording>& recordings,
+                                         const WriteOptions& options = {});
+
+}  // namespace tonus::recording

@@ -1,0 +1,238 @@
+#include <algorithm>
+#include <cmath>
+#include <fcntl.h>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <spdlog/fmt/fmt.h>
+#include <unistd.h>
+
+#include "services/recording/channels.hpp"
+#include "services/recording/dataset.hpp"
+#include "services/recording/events.hpp"
+#include "services/recording/file_name.hpp"
+#include "services/recording/motion_rows.hpp"
+#include "services/recording/participants.hpp"
+#include "services/recording/text_file.hpp"
+
+namespace tonus::recording {
+namespace {
+
+namespace fs = std::filesystem;
+using Json = nlohmann::ordered_json;
+
+std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+
+/// A folder that is removed with all that is in it unless it is kept.
+class TemporaryFolder {
+ public:
+  explicit TemporaryFolder(fs::path path) : path_(std::move(path)) {}
+  ~TemporaryFolder() {
+    std::error_code ignored;
+    if (!path_.empty()) fs::remove_all(path_, ignored);
+  }
+  TemporaryFolder(const TemporaryFolder&) = delete;
+  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
+
+  [[nodiscard]] const fs::path& path() const { return path_; }
+
+  Result<void> rename_to(const fs::path& target) {
+    std::error_code error;
+    fs::rename(path_, target, error);
+    if (error) return fail(ErrorCode::kIo, target.string() + ": cannot be created: " + error.message());
+    path_.clear();
+    return {};
+  }
+
+ private:
+  fs::path path_;
+};
+
+Result<void> make_folder(const fs::path& folder) {
+  std::error_code error;
+  fs::create_directories(folder, error);
+  if (error) return fail(ErrorCode::kIo, folder.string() + ": cannot be created: " + error.message());
+  return {};
+}
+
+bool has_unit_scales(const RigGeometry& rig) {
+  const bool is_plain_force =
+      rig.force_offset_V.isZero(0.0) && std::abs(rig.force_calibration(0, 0)) == 1.0 &&
+      (rig.kind == RigKind::kOneAxis || rig.force_calibration == Eigen::Matrix2d::Identity());
+  return is_plain_force && rig.counts_per_unit[0] == 1.0 && rig.encoder_zero[0] == 0.0 &&
+         rig.encoder_sign[0] == 1.0 &&
+         (rig.kind == RigKind::kOneAxis ||
+          (rig.counts_per_unit[1] == 1.0 && rig.encoder_zero[1] == 0.0 && rig.encoder_sign[1] == 1.0));
+}
+
+/// The recording as its file holds it: converted channels without scales, a posture label, channel names.
+Recording as_written(const Recording& given) {
+  Recording recording = given;
+  if (recording.acquisition.empty()) recording.acquisition = to_label(recording.posture);
+  if (recording.rig.kind == RigKind::kCartesian) recording.is_raw = false;
+  if (recording.rig.kind == RigKind::kTwoLink) recording.is_raw = true;
+  if (recording.channel_names[0].empty()) recording.channel_names[0] = "displacement";
+  if (recording.channel_names[1].empty()) recording.channel_names[1] = "force";
+  if (recording.is_raw || has_unit_scales(recording.rig)) return recording;
+  for (Row& row : recording.rows) {
+    if (row.is_missing) continue;
+    const EndpointSample converted = convert(given.rig, given.shoulder, row.raw);
+    row.raw.encoder_count = {converted.p_SE[0], converted.p_SE[1]};
+    row.raw.force_V = {converted.f_S[0], converted.f_S[1]};
+  }
+  recording.rig.counts_per_unit = {1.0, 1.0};
+  recording.rig.encoder_zero = {};
+  recording.rig.encoder_sign = {1.0, 1.0};
+  recording.rig.force_calibration.setIdentity();
+  recording.rig.force_offset_V.setZero();
+  recording.is_force_sign_stated = true;
+  return recording;
+}
+
+Result<void> check(const Recording& recording) {
+  const auto refuse = [&recording](const std::string& reason) {
+    return fail(ErrorCode::kInvalidArgument, "recording " + describe(recording) + ": " + reason);
+  };
+  if (!(recording.sampling_frequency > 0.0)) {
+    return refuse(fmt::format("sampling frequency {} Hz is not allowed: more than 0 is needed",
+                              recording.sampling_frequency));
+  }
+  if (recording.rows.empty()) return refuse("has no row: one is needed");
+  if (!recording.commanded.empty() && recording.commanded.size() != recording.rows.size()) {
+    return refuse(fmt::format("{} commanded displacements are not allowed: {} are needed, one for each row",
+                              recording.commanded.size(), recording.rows.size()));
+  }
+  for (const Row& row : recording.rows) {
+    const bool is_finite = std::isfinite(row.raw.encoder_count[0]) &&
+                           std::isfinite(row.raw.encoder_count[1]) && std::isfinite(row.raw.force_V[0]) &&
+                           std::isfinite(row.raw.force_V[1]);
+    if (!row.is_missing && !is_finite)
+      return refuse("has a row that is neither finite nor marked as missing");
+  }
+  return {};
+}
+
+std::string motion_json(const Recording& recording, const std::vector<Channel>& channels) {
+  const auto count = [&channels](const char* type) {
+    return std::count_if(channels.begin(), channels.end(),
+                         [type](const Channel& c) { return c.type == type; });
+  };
+  Json json;
+  json["TaskName"] = recording.task;
+  if (!recording.task_description.empty()) json["TaskDescription"] = recording.task_description;
+  json["SamplingFrequency"] = recording.sampling_frequency;
+  json["TrackingSystemName"] = recording.tracking_system;
+  json["MotionChannelCount"] = count("POS") + count("JNTANG");
+  json["POSChannelCount"] = count("POS");
+  json["JNTANGChannelCount"] = count("JNTANG");
+  json["MISCChannelCount"] = count("MISC");
+  const bool has_missing = std::any_of(recording.rows.begin(), recording.rows.end(),
+                                       [](const Row& row) { return row.is_missing; });
+  json["MissingValues"] = has_missing ? "n/a" : "none";
+  return dump(json);
+}
+
+std::string description_json(const WriteOptions& options) {
+  Json json;
+  json["Name"] = options.name;
+  json["BIDSVersion"] = "1.9.0";
+  json["DatasetType"] = "raw";
+  if (!options.license.empty()) json["License"] = options.license;
+  if (!options.authors.empty()) json["Authors"] = options.authors;
+  Json program = {{"Name", "tonus"}};
+  if (!options.software_version.empty()) program["Version"] = options.software_version;
+  json["GeneratedBy"] = Json::array({program});
+  return dump(json);
+}
+
+constexpr const char* kReadme =
+    "Recordings of arm or joint impedance experiments: displacement of a limb that a manipulandum perturbs, "
+    "and the\n"
+    "force of the rig on the limb. One run is one posture. Channels q1, q2 (encoder counts) and f1, f2 "
+    "(volts) are raw;\n"
+    "the _channels.json beside them has the rig's constants that convert them. x, y are the endpoint and fx, "
+    "fy the force\n"
+    "on the arm, in the shoulder frame; xc, yc the commanded displacement. The _events.tsv has a row a "
+    "perturbation.\n";
+
+Result<void> write_run(const fs::path& root, const Recording& recording, const WriteOptions& options) {
+  const auto stem_name = run_stem(recording);
+  if (!stem_name) return stem_name.error();
+  const auto events_name = run_stem(recording, false);
+  if (!events_name) return events_name.error();
+  const fs::path folder = root / run_folder(recording);
+  if (auto made = make_folder(folder); !made) return made;
+  const std::string stem = (folder / *stem_name).string();
+  const std::string events_stem = (folder / *events_name).string();
+  const std::vector<Channel> channels = channels_of(recording, options.with_converted);
+  const std::pair<std::string, std::string> files[] = {
+      {stem + "_motion.tsv", rows_text(recording, options.with_converted)},
+      {stem + "_motion.json", motion_json(recording, channels)},
+      {stem + "_channels.tsv", channels_text(channels)},
+      {stem + "_channels.json", channels_json(recording)},
+      {events_stem + "_events.tsv", events_text(recording.events)},
+      {events_stem + "_events.json", events_json()},
+  };
+  for (const auto& [path, text] : files) {
+    if (auto written = write_text(path, text); !written) return written;
+  }
+  return {};
+}
+
+Result<void> write_all(const fs::path& root, const std::vector<Recording>& recordings,
+                       const WriteOptions& options) {
+  std::set<std::string> stems;
+  std::vector<Participant> participants;
+  for (const Recording& given : recordings) {
+    const Recording recording = as_written(given);
+    if (auto good = check(recording); !good) return good;
+    const auto stem = run_stem(recording, false);
+    if (!stem) return stem.error();
+    if (!stems.insert(*stem).second) {
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("recording {}: labels '{}' are there twice: they may stand once",
+                              describe(recording), *stem));
+    }
+    if (auto written = write_run(root, recording, options); !written) return written;
+    const bool is_known =
+        std::any_of(participants.begin(), participants.end(),
+                    [&](const Participant& known) { return known.id == recording.participant.id; });
+    if (!is_known) participants.push_back(recording.participant);
+  }
+  const std::pair<const char*, std::string> files[] = {
+      {"dataset_description.json", description_json(options)},
+      {"participants.tsv", participants_text(participants)},
+      {"participants.json", participants_json(participants)},
+      {"README", kReadme},
+  };
+  for (const auto& [name, text] : files) {
+    if (auto written = write_text(root / name, text); !written) return written;
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> write_dataset(const fs::path& root, const std::vector<Recording>& recordings,
+                           const WriteOptions& options) {
+  if (recordings.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                "dataset '" + root.string() + "': no recording given: one is needed");
+  }
+  std::error_code error;
+  fs::path target = fs::absolute(root, error).lexically_normal();
+  if (!target.has_filename()) target = target.parent_path();
+  if (fs::exists(fs::symlink_status(target, error))) {
+    return fail(ErrorCode::kAlreadyExists,
+                "dataset '" + root.string() + "': is there already: a path that does not exist is needed");
+  }
+  if (!fs::is_directory(target.parent_path(), error)) {
+    return fail(ErrorCode::kNotFound, "dataset '" + root.string() + "': its parent folder does not exist");
+  }
+  TemporaryFolder partial(target.string() + fmt::format(".partial-{}", ::getpid()));
+  fs::remove_all(partial.path(), error);
+  if (auto made = make_folder(partial.path()); !made) return made;
+  if (auto written = write_all(partial.path(), recordings, options); !written) return written;
+  return partial.rename_to(target);
+}
+
+}  // namespace tonus::recording

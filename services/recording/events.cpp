@@ -1,0 +1,145 @@
+#include "services/recording/events.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/recording/table.hpp"
+#include "services/recording/text_file.hpp"
+
+namespace tonus::recording {
+namespace {
+
+double record_duration_s(const Recording& recording) {
+  return static_cast<double>(recording.rows.size()) / recording.sampling_frequency;
+}
+
+Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const Recording& recording) {
+  PerturbationEvent event;
+  const auto onset = table.number(row, "onset", 0.0);
+  if (!onset) return onset.error();
+  const auto duration = table.number(row, "duration", 0.0);
+  if (!duration) return duration.error();
+  const double half_sample = 0.5 / recording.sampling_frequency;
+  if (*onset + *duration > record_duration_s(recording) + half_sample) {
+    return table.refuse(row, "duration",
+                        fmt::format("onset {} s and duration must end within the record's {} s", *onset,
+                                    record_duration_s(recording)));
+  }
+  const auto trial = table.whole_number(row, "trial", static_cast<std::int64_t>(row) + 1);
+  if (!trial) return trial.error();
+  const auto set = table.whole_number(row, "set", 1);
+  if (!set) return set.error();
+  const auto direction = table.number_or_nothing(row, "direction_deg");
+  if (!direction) return direction.error();
+  const auto amplitude = table.number_or_nothing(row, "amplitude_m");
+  if (!amplitude) return amplitude.error();
+  const auto rise_time = table.number_or_nothing(row, "rise_time_s");
+  if (!rise_time) return rise_time.error();
+  const auto bias_x = table.number_or_nothing(row, "bias_x_N");
+  if (!bias_x) return bias_x.error();
+  const auto bias_y = table.number_or_nothing(row, "bias_y_N");
+  if (!bias_y) return bias_y.error();
+  const std::string_view valid = table.cell(row, "valid");
+  if (valid != "true" && valid != "false" && valid != "n/a") {
+    return table.refuse(row, "valid", "true, false or n/a is needed");
+  }
+  event.onset_s = *onset;
+  event.duration_s = *duration;
+  event.trial = *trial;
+  event.set = *set;
+  event.direction_deg = *direction;
+  event.amplitude_m = *amplitude;
+  event.rise_time_s = *rise_time;
+  event.bias_N = {bias_x->value_or(0.0), bias_y->value_or(0.0)};
+  event.is_valid = valid != "false";
+  event.reason = table.text(row, "reason");
+  return event;
+}
+
+void append_optional(std::string& text, const std::optional<double>& value) {
+  text += '\t';
+  if (value) {
+    append_number(text, *value);
+  } else {
+    text += "n/a";
+  }
+}
+
+/// A reason in one cell: no tabs or line ends.
+std::string one_cell(std::string text) {
+  if (text.empty()) return "n/a";
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return c == '\t' || c == '\n' || c == '\r'; }, ' ');
+  return text;
+}
+
+}  // namespace
+
+Result<std::vector<PerturbationEvent>> read_events(const std::filesystem::path& file,
+                                                   const Recording& recording) {
+  const auto table = Table::read(file);
+  if (!table) return table.error();
+  if (auto complete = table->require({"onset", "duration"}); !complete) return complete.error();
+  std::vector<PerturbationEvent> events;
+  for (std::size_t row = 0; row < table->rows(); ++row) {
+    if (table->has("trial_type") && table->cell(row, "trial_type") != "perturbation") continue;
+    auto event = read_event(*table, row, recording);
+    if (!event) return event.error();
+    events.push_back(std::move(*event));
+  }
+  std::stable_sort(events.begin(), events.end(),
+                   [](const auto& a, const auto& b) { return a.onset_s < b.onset_s; });
+  return events;
+}
+
+PerturbationEvent whole_record(const Recording& recording, std::int64_t trial) {
+  PerturbationEvent event;
+  event.duration_s = record_duration_s(recording);
+  event.trial = trial;
+  return event;
+}
+
+std::string events_text(const std::vector<PerturbationEvent>& events) {
+  std::string text =
+      "onset\tduration\ttrial_type\ttrial\tset\tdirection_deg\tamplitude_m\trise_time_s\tbias_x_N\tbias_y_"
+      "N\tvalid\treason\n";
+  for (const PerturbationEvent& event : events) {
+    append_number(text, event.onset_s);
+    text += '\t';
+    append_number(text, event.duration_s);
+    text += fmt::format("\tperturbation\t{}\t{}", event.trial, event.set);
+    append_optional(text, event.direction_deg);
+    append_optional(text, event.amplitude_m);
+    append_optional(text, event.rise_time_s);
+    append_optional(text, event.bias_N[0]);
+    append_optional(text, event.bias_N[1]);
+    text += event.is_valid ? "\ttrue\t" : "\tfalse\t";
+    text += one_cell(event.reason) + '\n';
+  }
+  return text;
+}
+
+std::string events_json() {
+  nlohmann::ordered_json json;
+  const auto describe_column = [&json](const char* column, const char* description, const char* units) {
+    json[column]["Description"] = description;
+    if (*units != '\0') json[column]["Units"] = units;
+  };
+  describe_column("trial", "Number of the trial, unique in the session", "");
+  describe_column("set", "Number of the set that the trial belongs to", "");
+  describe_column("direction_deg",
+                  "Direction of the perturbation in the shoulder frame, counter-clockwise from its x axis; "
+                  "n/a: continuous",
+                  "deg");
+  describe_column("amplitude_m", "Amplitude of the commanded displacement", "m");
+  describe_column("rise_time_s", "Rise time of the commanded displacement", "s");
+  describe_column("bias_x_N", "Bias force on the arm, x in the shoulder frame", "N");
+  describe_column("bias_y_N", "Bias force on the arm, y in the shoulder frame", "N");
+  describe_column("valid", "Whether the trial counts", "");
+  json["valid"]["Levels"] = {{"true", "it counts"}, {"false", "it does not; the reason column says why"}};
+  describe_column("reason", "Why the trial does not count", "");
+  return json.dump(2) + "\n";
+}
+
+}  // namespace tonus::recording

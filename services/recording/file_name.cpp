@@ -1,0 +1,104 @@
+#include "services/recording/file_name.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::recording {
+namespace {
+
+constexpr std::string_view kSuffix = "_motion.tsv";
+
+bool is_letter_or_digit(char c) {
+  return (c >= 'a' && c <= 'z') || (c >= 'A' && c <= 'Z') || (c >= '0' && c <= '9');
+}
+
+bool is_label(std::string_view text) {
+  return !text.empty() && std::all_of(text.begin(), text.end(), is_letter_or_digit);
+}
+
+}  // namespace
+
+Result<void> take_labels(const std::filesystem::path& motion_file, Recording& recording) {
+  const auto refuse = [&motion_file](const std::string& reason) {
+    return fail(ErrorCode::kInvalidArgument, motion_file.string() + ": file name is not allowed: " + reason);
+  };
+  const std::string name = motion_file.filename().string();
+  std::string_view rest(name);
+  rest.remove_suffix(kSuffix.size());
+  recording.participant = {};
+  recording.session.clear();
+  recording.task.clear();
+  recording.tracking_system.clear();
+  recording.acquisition.clear();
+  recording.run = 1;
+  while (!rest.empty()) {
+    const std::size_t end = rest.find('_');
+    const std::string_view part = rest.substr(0, end);
+    rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
+    const std::size_t hyphen = part.find('-');
+    if (hyphen == std::string_view::npos || !is_label(part.substr(hyphen + 1))) {
+      return refuse(fmt::format("'{}' is not of the form entity-label", part));
+    }
+    const std::string_view entity = part.substr(0, hyphen);
+    const std::string_view label = part.substr(hyphen + 1);
+    if (entity == "sub") recording.participant.id = part;
+    if (entity == "ses") recording.session = part;
+    if (entity == "task") recording.task = label;
+    if (entity == "tracksys") recording.tracking_system = label;
+    if (entity == "acq") recording.acquisition = label;
+    if (entity == "run") {
+      const auto parsed = std::from_chars(label.data(), label.data() + label.size(), recording.run);
+      if (parsed.ec != std::errc{} || parsed.ptr != label.data() + label.size()) {
+        return refuse(fmt::format("run '{}' is not a whole number", label));
+      }
+    }
+  }
+  if (recording.participant.id.empty()) return refuse("sub-<label> is needed");
+  if (recording.task.empty()) return refuse("task-<label> is needed");
+  if (recording.tracking_system.empty()) return refuse("tracksys-<label> is needed");
+  return {};
+}
+
+std::filesystem::path run_folder(const Recording& recording) {
+  return std::filesystem::path(recording.participant.id) / recording.session / "motion";
+}
+
+Result<std::string> run_stem(const Recording& recording, bool with_tracking_system) {
+  const auto refuse = [&recording](const char* what, std::string_view value, const char* allowed) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("recording {}: {} '{}' is not allowed: {}",
+                                                         describe(recording), what, value, allowed));
+  };
+  const auto is_prefixed = [](std::string_view text, std::string_view prefix) {
+    return text.starts_with(prefix) && is_label(text.substr(prefix.size()));
+  };
+  constexpr const char* kAllowed = "letters and digits are needed";
+  if (!is_prefixed(recording.participant.id, "sub-")) {
+    return refuse("participant", recording.participant.id, "'sub-' with letters and digits is needed");
+  }
+  if (!recording.session.empty() && !is_prefixed(recording.session, "ses-")) {
+    return refuse("session", recording.session, "'ses-' with letters and digits is needed");
+  }
+  if (!is_label(recording.task)) return refuse("task", recording.task, kAllowed);
+  if (!is_label(recording.tracking_system))
+    return refuse("tracking system", recording.tracking_system, kAllowed);
+  if (!recording.acquisition.empty() && !is_label(recording.acquisition)) {
+    return refuse("acquisition", recording.acquisition, kAllowed);
+  }
+  if (recording.run < 1) return refuse("run", std::to_string(recording.run), "1 or more is needed");
+
+  std::string stem = recording.participant.id;
+  if (!recording.session.empty()) stem += "_" + recording.session;
+  stem += "_task-" + recording.task;
+  if (with_tracking_system) stem += "_tracksys-" + recording.tracking_system;
+  if (!recording.acquisition.empty()) stem += "_acq-" + recording.acquisition;
+  return stem + fmt::format("_run-{:02}", recording.run);
+}
+
+std::string to_label(std::string_view name) {
+  std::string label;
+  std::copy_if(name.begin(), name.end(), std::back_inserter(label), is_letter_or_digit);
+  return label;
+}
+
+}  // namespace tonus::recording

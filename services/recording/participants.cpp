@@ -1,0 +1,111 @@
+#include "services/recording/participants.hpp"
+
+#include <algorithm>
+#include <nlohmann/json.hpp>
+
+#include "services/recording/table.hpp"
+#include "services/recording/text_file.hpp"
+
+namespace tonus::recording {
+namespace {
+
+struct NumberColumn {
+  const char* name;
+  std::optional<double> Participant::*member;
+  const char* description;
+  const char* units;
+};
+
+constexpr NumberColumn kNumberColumns[] = {
+    {"upper_arm_m", &Participant::upper_arm_m, "Length of the upper arm", "m"},
+    {"forearm_m", &Participant::forearm_m, "Length of the forearm, elbow to the hand's centre", "m"},
+    {"upper_arm_circumference_m", &Participant::upper_arm_circumference_m, "Circumference of the upper arm",
+     "m"},
+    {"forearm_circumference_m", &Participant::forearm_circumference_m, "Circumference of the forearm", "m"},
+    {"age", &Participant::age, "Age", "year"},
+};
+
+struct TextColumn {
+  const char* name;
+  std::string Participant::*member;
+  const char* description;
+};
+
+constexpr TextColumn kTextColumns[] = {
+    {"handedness", &Participant::handedness, "Handedness as the participant states it"},
+    {"sex", &Participant::sex, "Sex as the participant states it"},
+};
+
+template <typename ColumnType>
+bool is_known(const std::vector<Participant>& participants, const ColumnType& column) {
+  return std::any_of(participants.begin(), participants.end(), [&column](const Participant& participant) {
+    return participant.*column.member != decltype(participant.*column.member){};
+  });
+}
+
+}  // namespace
+
+Result<std::map<std::string, Participant>> read_participants(const std::filesystem::path& file) {
+  const auto table = Table::read(file);
+  if (!table) return table.error();
+  if (auto complete = table->require({"participant_id"}); !complete) return complete.error();
+  std::map<std::string, Participant> participants;
+  for (std::size_t row = 0; row < table->rows(); ++row) {
+    Participant participant;
+    participant.id = table->cell(row, "participant_id");
+    for (const NumberColumn& column : kNumberColumns) {
+      const auto number = table->number_or_nothing(row, column.name);
+      if (!number) return number.error();
+      participant.*column.member = *number;
+    }
+    for (const TextColumn& column : kTextColumns) participant.*column.member = table->text(row, column.name);
+    if (!participants.emplace(participant.id, participant).second) {
+      return table->refuse(row, "participant_id", "a participant may stand once");
+    }
+  }
+  return participants;
+}
+
+std::string participants_text(const std::vector<Participant>& participants) {
+  std::string text = "participant_id";
+  for (const auto& column : kNumberColumns) {
+    if (is_known(participants, column)) text += std::string("\t") + column.name;
+  }
+  for (const auto& column : kTextColumns) {
+    if (is_known(participants, column)) text += std::string("\t") + column.name;
+  }
+  text += '\n';
+  for (const Participant& participant : participants) {
+    text += participant.id;
+    for (const auto& column : kNumberColumns) {
+      if (!is_known(participants, column)) continue;
+      text += '\t';
+      if (const auto& value = participant.*column.member) {
+        append_number(text, *value);
+      } else {
+        text += "n/a";
+      }
+    }
+    for (const auto& column : kTextColumns) {
+      if (!is_known(participants, column)) continue;
+      const std::string& value = participant.*column.member;
+      text += '\t' + (value.empty() ? "n/a" : value);
+    }
+    text += '\n';
+  }
+  return text;
+}
+
+std::string participants_json(const std::vector<Participant>& participants) {
+  nlohmann::ordered_json json = nlohmann::ordered_json::object();
+  for (const auto& column : kNumberColumns) {
+    if (is_known(participants, column))
+      json[column.name] = {{"Description", column.description}, {"Units", column.units}};
+  }
+  for (const auto& column : kTextColumns) {
+    if (is_known(participants, column)) json[column.name] = {{"Description", column.description}};
+  }
+  return json.dump(2) + "\n";
+}
+
+}  // namespace tonus::recording

@@ -1,0 +1,22 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <vector>
+
+#include "services/core/result.hpp"
+#include "services/recording/recording.hpp"
+
+namespace tonus::recording {
+
+/// Reads `participants.tsv`, by participant id. Only participant_id is needed.
+[[nodiscard]] Result<std::map<std::string, Participant>> read_participants(const std::filesystem::path& file);
+
+/// Content of `participants.tsv`: the columns of which something is known.
+[[nodiscard]] std::string participants_text(const std::vector<Participant>& participants);
+
+/// Content of `participants.json`: what those columns mean.
+[[nodiscard]] std::string participants_json(const std::vector<Participant>& participants);
+
+}  // namespace tonus::recording

@@ -1,0 +1,37 @@
+#include "services/recording/recording.hpp"
+
+#include <cmath>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::recording {
+
+Result<void> state_force_sign(Recording& recording, int sign) {
+  if (sign != 1 && sign != -1) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("force sign {} is not allowed: it is +1 or -1", sign));
+  }
+  if (recording.is_raw || recording.rig.kind != RigKind::kOneAxis) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("force sign {:+d} is not allowed for {}: it is for converted one-axis channels, here the "
+                    "force's sign is stated by {}",
+                    sign, describe(recording), recording.is_raw ? "the calibration" : "the format"));
+  }
+  recording.rig.force_calibration(0, 0) = sign;
+  recording.is_force_sign_stated = true;
+  return {};
+}
+
+std::int64_t row_time_ns(const Recording& recording, std::size_t row) {
+  return std::llround(static_cast<double>(row) * 1e9 / recording.sampling_frequency);
+}
+
+std::string describe(const Recording& recording) {
+  std::string text = recording.participant.id;
+  if (!recording.session.empty()) text += " " + recording.session;
+  text += fmt::format(" run {}", recording.run);
+  if (!recording.posture.empty()) text += " (" + recording.posture + ")";
+  return text;
+}
+
+}  // namespace tonus::recording
