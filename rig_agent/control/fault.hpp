@@ -1,0 +1,37 @@
+#pragma once
+
+#include <cstdint>
+
+namespace tonus::control {
+
+/// Reasons for the safe state, one bit each. A fault latches: it stays until an operator clears it, and it
+/// can be cleared only when its cause is gone.
+enum class Fault : std::uint32_t {
+  kWorkspace = 1U << 0,        ///< The handle left the allowed circle.
+  kSpeed = 1U << 1,            ///< The handle was faster than allowed.
+  kForce = 1U << 2,            ///< The force at the handle was larger than allowed.
+  kTorque = 1U << 3,           ///< The control law asked for more torque than allowed.
+  kEncoderJump = 1U << 4,      ///< A joint moved further in one cycle than it can.
+  kSensorSaturated = 1U << 5,  ///< A force channel is at its end stop.
+  kNotFinite = 1U << 6,        ///< A measured or computed number is not finite.
+  kCommandTimeout = 1U << 7,   ///< Nobody was heard from during a trial.
+  kOverrun = 1U << 8,          ///< The loop missed more periods at once than allowed.
+  kEmergencyStop = 1U << 9,    ///< Topic, signal or the device's own input.
+  kDriver = 1U << 10,          ///< The driver failed, or a sensor is disconnected.
+};
+
+/// A set of faults.
+using FaultBits = std::uint32_t;
+
+constexpr FaultBits bit(Fault fault) { return static_cast<FaultBits>(fault); }
+
+/// One short word per single fault, for logs and outcomes: "workspace", "speed", ... "driver".
+[[nodiscard]] const char* fault_name(Fault fault) noexcept;
+
+/// All faults in the order of their bits, for whoever lists a set.
+inline constexpr Fault kAllFaults[] = {Fault::kWorkspace,     Fault::kSpeed,          Fault::kForce,
+                                       Fault::kTorque,        Fault::kEncoderJump,    Fault::kSensorSaturated,
+                                       Fault::kNotFinite,     Fault::kCommandTimeout, Fault::kOverrun,
+                                       Fault::kEmergencyStop, Fault::kDriver};
+
+}  // namespace tonus::control

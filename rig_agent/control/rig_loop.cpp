@@ -1,0 +1,233 @@
+#include "rig_agent/control/rig_loop.hpp"
+
+#include <cmath>
+
+#include "rig_agent/control/validation.hpp"
+
+namespace tonus::control {
+namespace {
+
+constexpr double kRecordedTime = 2.0;  // s, of the flight recorder.
+constexpr std::size_t kCommandCapacity = 16;
+constexpr std::size_t kResultCapacity = 64;
+
+std::array<double, 2> plain(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
+
+std::uint16_t flag(bool is_set, SampleFlag which) { return is_set ? static_cast<std::uint16_t>(which) : 0; }
+
+// Force on the arm in R: the sensor turns with the outer link.
+Eigen::Vector2d force_in_robot_frame(const RigGeometry& rig, const RawSample& raw, const Eigen::Vector2d& q) {
+  const Eigen::Vector2d f =
+      rig.force_calibration * (Eigen::Vector2d(raw.force_V[0], raw.force_V[1]) - rig.force_offset_V);
+  const double angle = q[0] + q[1] + rig.force_sensor_angle;
+  const double c = std::cos(angle);
+  const double s = std::sin(angle);
+  return {c * f.x() - s * f.y(), s * f.x() + c * f.y()};
+}
+
+}  // namespace
+
+Result<std::unique_ptr<RigLoop>> RigLoop::create(drivers::Driver& driver, const LoopConfig& config) {
+  if (auto valid = validate(config, driver.capabilities(), driver.geometry()); !valid) return valid.error();
+  return std::unique_ptr<RigLoop>(new RigLoop(driver, config));
+}
+
+RigLoop::RigLoop(drivers::Driver& driver, const LoopConfig& config)
+    : driver_(driver),
+      geometry_(driver.geometry()),
+      config_(config),
+      period_(1.0 / config.rate),
+      actuates_(driver.capabilities().actuates),
+      monitor_(config.limits, driver.geometry(), period_, actuates_),
+      servo_(driver.geometry().links, config.model, config.gains, period_),
+      trial_(config.gains, period_, actuates_),
+      recorder_(static_cast<std::size_t>(std::lround(kRecordedTime * config.rate))),
+      commands_(kCommandCapacity),
+      replies_(kCommandCapacity),
+      samples_(config.sample_capacity),
+      results_(kResultCapacity) {}
+
+bool RigLoop::step(std::int64_t now_ns, unsigned missed_periods) noexcept {
+  drivers::Reading reading;
+  const drivers::DriverStatus status = driver_.read(reading);
+  const Surroundings around = surroundings(now_ns, missed_periods);
+  if (status == drivers::DriverStatus::kNoData && !actuates_) return wait_for_recording(around);
+
+  const bool is_usable = monitor_.begin_cycle(status, reading, around);
+  CycleInput input = convert(status, reading);
+  if (!is_usable) servo_.restart();
+  if (is_usable && actuates_) {
+    input.handle = servo_.observe(joint_coordinates(geometry_, reading.raw), input.handle.force);
+    monitor_.check_handle(input.handle);
+  }
+
+  if (input.takes_sample || status != drivers::DriverStatus::kOk) take_commands(input);
+  const bool is_safe = monitor_.latched() != 0;
+  const Reference reference = is_safe ? trial_.fail(monitor_.latched()) : trial_.advance(input);
+  const Eigen::Vector2d torque = control(reference);
+  monitor_.check_write(driver_.write(torque));
+
+  if (input.takes_sample) take_sample(reading, input);
+  record_cycle(reading, reference, torque, around);
+  publish(input);
+  return true;
+}
+
+// A recording between its segments: stops and commands are heard, and nothing else happens.
+bool RigLoop::wait_for_recording(const Surroundings& around) noexcept {
+  monitor_.begin_cycle(drivers::DriverStatus::kOk, drivers::Reading{}, around);
+  if (trial_.is_running()) trial_.miss_recording();
+  CycleInput input;
+  input.takes_sample = true;
+  input.sequence = sequence_;
+  take_commands(input);
+  if (monitor_.latched() != 0) (void)trial_.fail(monitor_.latched());
+  publish(input);
+  return false;
+}
+
+Surroundings RigLoop::surroundings(std::int64_t now_ns, unsigned missed_periods) noexcept {
+  missed_periods_ += missed_periods;
+  missed_since_sample_ = missed_since_sample_ || missed_periods > 0;
+  Surroundings around;
+  around.now_ns = now_ns;
+  around.missed_periods = missed_periods;
+  // Both are signs by themselves and order nothing else.
+  around.keep_alive = keep_alive_.load(std::memory_order_relaxed);
+  around.is_emergency_stop_asked = emergency_stop_.load(std::memory_order_relaxed) &&
+                                   emergency_stop_.exchange(false, std::memory_order_relaxed);
+  around.is_trial_running = trial_.is_running();
+  return around;
+}
+
+CycleInput RigLoop::convert(drivers::DriverStatus status, const drivers::Reading& reading) noexcept {
+  CycleInput input;
+  input.sequence = sequence_;
+  input.acquisition_ns = reading.raw.acquisition_ns;
+  input.mark = reading.mark;
+  input.takes_sample = status == drivers::DriverStatus::kOk && cycle_ % config_.sample_divider == 0;
+  input.handle = servo_.estimate();
+  if (status == drivers::DriverStatus::kOk) {
+    const Eigen::Vector2d q = joint_coordinates(geometry_, reading.raw);
+    input.handle.force = force_in_robot_frame(geometry_, reading.raw, q);
+  }
+  return input;
+}
+
+// The control law, its limits and the finite check: what violates them is never written.
+Eigen::Vector2d RigLoop::control(const Reference& reference) noexcept {
+  const SafetyLimits& limits = config_.limits;
+  if (!actuates_) return Eigen::Vector2d::Zero();
+  if (reference.mode != ServoMode::kSafe) {
+    Eigen::Vector2d torque = servo_.torque(reference);
+    if (monitor_.check_torque(torque)) return torque;
+  }
+  return servo_.safe_torque(limits.safe_damping, limits.safe_torque);
+}
+
+void RigLoop::take_commands(const CycleInput& input) noexcept {
+  Command command;
+  while (commands_.try_pop(command)) replies_.try_push(carry_out(command, input));
+}
+
+CommandReply RigLoop::carry_out(const Command& command, const CycleInput& input) noexcept {
+  CommandReply reply;
+  reply.request = command.request;
+  switch (command.kind) {
+    case CommandKind::kStartTrial:
+      if (monitor_.latched() != 0) {
+        reply.result = CommandResult::kFaultLatched;
+        reply.remaining = monitor_.latched();
+      } else if (trial_.is_running()) {
+        reply.result = CommandResult::kBusy;
+      } else {
+        trial_.start(command.program, input);
+        driver_.begin_trial({command.program.shoulder, command.program.posture, command.program.segment});
+      }
+      return reply;
+    case CommandKind::kAbort:
+      reply.result = trial_.is_running() ? CommandResult::kDone : CommandResult::kNothingRunning;
+      if (trial_.is_running()) trial_.abort();
+      return reply;
+    case CommandKind::kClearFaults:
+      return clear_faults(command.request);
+  }
+  return reply;
+}
+
+CommandReply RigLoop::clear_faults(std::uint64_t request) noexcept {
+  CommandReply reply;
+  reply.request = request;
+  if (monitor_.latched() == 0) {
+    reply.result = CommandResult::kNothingRunning;
+    return reply;
+  }
+  reply.remaining = actuates_ && !servo_.is_released() ? monitor_.latched() : monitor_.clear();
+  if (reply.remaining != 0) {
+    reply.result = CommandResult::kCauseRemains;
+    return reply;
+  }
+  trial_.recover();
+  recorder_.release();
+  return reply;
+}
+
+void RigLoop::take_sample(const drivers::Reading& reading, const CycleInput& input) noexcept {
+  SampleRecord sample;
+  sample.sequence = sequence_;
+  sample.trial = trial_.trial();
+  sample.raw = reading.raw;
+  sample.commanded = actuates_ ? trial_.commanded() : reading.recorded_command;
+  sample.bias = trial_.bias();
+  sample.phase = trial_.phase();
+  sample.flags = static_cast<std::uint16_t>(
+      flag(trial_.is_onset(), SampleFlag::kOnset) | flag(monitor_.is_saturated(), SampleFlag::kSaturated) |
+      flag(monitor_.latched() != 0, SampleFlag::kFault) | flag(missed_since_sample_, SampleFlag::kOverrun) |
+      flag(trial_.is_at_rest(), SampleFlag::kAtRest));
+  samples_.try_push(sample);
+  trial_.sampled(sequence_, input.acquisition_ns);
+  last_endpoint_ = tonus::convert(geometry_, trial_.shoulder(), reading.raw);
+  missed_since_sample_ = false;
+  ++sequence_;
+}
+
+void RigLoop::record_cycle(const drivers::Reading& reading, const Reference& reference,
+                           const Eigen::Vector2d& torque, const Surroundings& around) noexcept {
+  const HandleEstimate& handle = servo_.estimate();
+  CycleRecord cycle;
+  cycle.cycle = cycle_;
+  cycle.now_ns = around.now_ns;
+  cycle.raw = reading.raw;
+  cycle.position = plain(handle.measured);
+  cycle.velocity = plain(handle.velocity);
+  cycle.force = plain(handle.force);
+  cycle.reference = plain(reference.position);
+  cycle.torque = plain(torque);
+  cycle.faults = monitor_.latched();
+  cycle.missed_periods = around.missed_periods;
+  cycle.phase = trial_.phase();
+  recorder_.put(cycle);
+  if (monitor_.latched() != 0) recorder_.freeze();
+  ++cycle_;
+}
+
+void RigLoop::publish(const CycleInput& input) noexcept {
+  LoopState state;
+  state.cycle = cycle_;
+  state.next_sequence = sequence_;
+  state.trial = trial_.trial();
+  state.acquisition_ns = input.acquisition_ns;
+  state.phase = trial_.phase();
+  state.faults = monitor_.latched();
+  state.missed_periods = missed_periods_;
+  state.samples_dropped = samples_.dropped();
+  state.answers_dropped = replies_.dropped() + results_.dropped();
+  state.position = plain(last_endpoint_.p_SE);
+  state.force = plain(last_endpoint_.f_S);
+  state_.store(state);
+
+  TrialResult result;
+  if (trial_.take_result(result)) results_.try_push(result);
+}
+
+}  // namespace tonus::control

@@ -1,0 +1,67 @@
+#include "rig_agent/drivers/simulated.hpp"
+
+#include <algorithm>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::drivers {
+
+Simulated::Simulated(const plant::Profile& profile)
+    : profile_(profile), geometry_(plant::rig_geometry(profile)) {}
+
+Result<void> Simulated::configure(double period) {
+  if (is_active_)
+    return fail(ErrorCode::kUnavailable, "simulated: configure() while active, allowed is inactive");
+  if (!(period >= 1e-5 && period <= 0.02)) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("simulated: period is {} s, allowed is 0.00001 s to 0.02 s", period));
+  }
+  plant_ = std::make_unique<plant::Plant>(profile_, period);
+  return {};
+}
+
+Result<void> Simulated::activate() {
+  if (!plant_) return fail(ErrorCode::kUnavailable, "simulated: activate() before configure()");
+  is_active_ = true;
+  return {};
+}
+
+void Simulated::deactivate() noexcept {
+  is_active_ = false;
+  torque_.setZero();
+}
+
+DriverStatus Simulated::read(Reading& reading) noexcept {
+  if (!is_active_) return DriverStatus::kFailed;
+  if (disturbance_.is_disconnected) return DriverStatus::kDisconnected;
+  reading = Reading{};
+  reading.raw = plant_->measure();
+  reading.is_emergency_stop_pressed = disturbance_.is_emergency_stop_pressed;
+  const double clip = geometry_.force_saturation_V;
+  for (std::size_t i = 0; i < 2; ++i) {
+    reading.raw.encoder_count[i] += disturbance_.encoder_offset[i];
+    reading.raw.force_V[i] = std::clamp(reading.raw.force_V[i] + disturbance_.force_offset_V[i], -clip, clip);
+  }
+  return DriverStatus::kOk;
+}
+
+DriverStatus Simulated::write(const Eigen::Vector2d& torque) noexcept {
+  if (!is_active_) return DriverStatus::kFailed;
+  const bool is_finite = torque.allFinite();
+  torque_ = is_finite ? torque : Eigen::Vector2d::Zero();
+  plant_->step(torque_);
+  return is_finite ? DriverStatus::kOk : DriverStatus::kFailed;
+}
+
+// A subject who stays seated goes on with the motion of the trial before.
+void Simulated::begin_trial(const TrialNotice& notice) noexcept {
+  if (!is_active_) return;
+  const bool is_same = is_seated_ && notice.posture == seat_.posture &&
+                       notice.shoulder.angle == seat_.shoulder.angle &&
+                       notice.shoulder.origin == seat_.shoulder.origin;
+  if (is_same) return;
+  plant_->seat(notice.shoulder, notice.posture);
+  seat_ = notice;
+  is_seated_ = true;
+}
+
+}  // namespace tonus::drivers

@@ -1,0 +1,50 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <array>
+#include <memory>
+
+#include "rig_agent/drivers/driver.hpp"
+#include "rig_agent/plant/plant.hpp"
+#include "rig_agent/plant/profile.hpp"
+
+namespace tonus::drivers {
+
+/// A rig that is computed: plant::Plant with encoders and force sensor. Its clock is its own, begins at 0 and
+/// advances by one period with every write(). begin_trial() seats the subject at the new shoulder pose.
+/// Deterministic: the same profile and the same writes give the same readings, to the bit.
+class Simulated final : public Driver {
+ public:
+  explicit Simulated(const plant::Profile& profile);
+
+  Result<void> configure(double period) override;
+  Result<void> activate() override;
+  void deactivate() noexcept override;
+  [[nodiscard]] Capabilities capabilities() const noexcept override { return {true, true, true}; }
+  [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
+  DriverStatus read(Reading& reading) noexcept override;
+  DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
+  void begin_trial(const TrialNotice& notice) noexcept override;
+
+  /// For faults on purpose: what the next readings show instead of the plant. Zero by default. Same thread as
+  /// read().
+  struct Disturbance {
+    bool is_disconnected = false;
+    bool is_emergency_stop_pressed = false;
+    std::array<double, 2> encoder_offset{};  ///< Counts.
+    std::array<double, 2> force_offset_V{};  ///< V, before clipping.
+  };
+  void disturb(const Disturbance& disturbance) noexcept { disturbance_ = disturbance; }
+
+ private:
+  const plant::Profile profile_;
+  const RigGeometry geometry_;
+  std::unique_ptr<plant::Plant> plant_;
+  Disturbance disturbance_;
+  Eigen::Vector2d torque_ = Eigen::Vector2d::Zero();  // As last written, N m.
+  TrialNotice seat_;                                  // Of the last trial.
+  bool is_seated_ = false;
+  bool is_active_ = false;
+};
+
+}  // namespace tonus::drivers
