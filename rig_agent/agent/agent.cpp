@@ -1,0 +1,332 @@
+#include "rig_agent/agent/agent.hpp"
+
+#include <algorithm>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+#include <utility>
+
+#include "idl/topics.hpp"
+#include "rig_agent/control/validation.hpp"
+#include "services/runtime/drain.hpp"
+
+namespace tonus::rig {
+namespace {
+
+constexpr std::chrono::milliseconds kStatePeriod{250};
+constexpr std::chrono::milliseconds kPacedPoll{5};
+constexpr std::chrono::seconds kLeftBehindPeriod{2};
+/// Cycles of the simulated clock in one step: a fraction of a trial, so that commands are seen in between.
+constexpr int kCyclesPerStep = 2000;
+
+}  // namespace
+
+Result<AgentEndpoints> AgentEndpoints::create(bus::Bus& bus, std::shared_ptr<bus::Notifier> notifier) {
+  auto trial_commands = bus::TypedReader<v1::TrialCommand>::create(bus, topics::kTrialCommand, notifier);
+  if (!trial_commands) return trial_commands.error();
+  auto rig_commands = bus::TypedReader<v1::RigCommand>::create(bus, topics::kRigCommand, notifier);
+  if (!rig_commands) return rig_commands.error();
+  auto receipts = bus::TypedReader<v1::ArchiveReceipt>::create(bus, topics::kArchiveReceipt, notifier);
+  if (!receipts) return receipts.error();
+  auto resends = bus::TypedReader<v1::ArchiveResend>::create(bus, topics::kArchiveResend, notifier);
+  if (!resends) return resends.error();
+  auto outcomes = bus::TypedWriter<v1::TrialOutcome>::create(bus, topics::kTrialOutcome);
+  if (!outcomes) return outcomes.error();
+  auto replies = bus::TypedWriter<v1::RigReply>::create(bus, topics::kRigReply);
+  if (!replies) return replies.error();
+  auto description = bus::TypedWriter<v1::RigDescription>::create(bus, topics::kRigDescription);
+  if (!description) return description.error();
+  auto state = bus::TypedWriter<v1::RigState>::create(bus, topics::kRigState);
+  if (!state) return state.error();
+  return AgentEndpoints{std::move(*trial_commands), std::move(*rig_commands), std::move(*receipts),
+                        std::move(*resends),        std::move(*outcomes),     std::move(*replies),
+                        std::move(*description),    std::move(*state)};
+}
+
+Agent::Agent(const AgentOptions& options, control::RigLoop& loop, RecordedTrials* recorded,
+             Publisher& publisher, Spool& spool, TrialLog& log, AgentEndpoints endpoints, const Clock& clock)
+    : options_(options),
+      loop_(loop),
+      recorded_(recorded),
+      publisher_(publisher),
+      spool_(spool),
+      log_(log),
+      endpoints_(std::move(endpoints)),
+      clock_(clock) {}
+
+void Agent::start(const v1::RigDescription& description) {
+  if (auto sent = endpoints_.description.write(description); !sent) {
+    spdlog::error("the rig's description is not published: {}", sent.error().message);
+  }
+  for (const auto& [epoch, through] : log_.received_through()) spool_.received(epoch, through);
+  for (const auto& [id, outcome] : log_.outcomes()) publish_outcome(outcome);
+  if (!log_.broken()) return;
+
+  const BrokenTrial broken = *log_.broken();
+  v1::TrialOutcome outcome;
+  outcome.trial_id(broken.command.trial_id());
+  outcome.program(broken.command.program());
+  outcome.epoch(broken.epoch);
+  outcome.end(v1::TRIAL_BROKEN_OFF);
+  outcome.detail("the rig agent ended in the middle of the trial");
+  outcome.first_sequence(broken.first_sequence);
+  outcome.onset_sequence(broken.first_sequence);
+  outcome.last_sequence(
+      std::max(broken.first_sequence, spool_.last_sequence(broken.epoch, broken.first_sequence)));
+  outcome.sample_rate_Hz(options_.names.sample_rate);
+  spdlog::warn("trial {} was broken off by the end of the last run", broken.command.program().attempt());
+  (void)log_.ended(outcome);
+  publish_outcome(outcome);
+}
+
+Clock::TimePoint Agent::step() {
+  loop_.keep_alive();
+  take_receipts();
+  take_resends();
+  take_rig_commands();
+  take_trial_commands();
+  if (!options_.is_paced && running_) advance_simulated_clock(kCyclesPerStep);
+  collect_replies();
+  collect_samples();
+  collect_results();
+  resend_left_behind();
+  publish_state_if_due();
+  if (!options_.is_paced && running_) return clock_.now();  // more to simulate
+  return options_.is_paced ? clock_.now() + kPacedPoll : state_due_;
+}
+
+std::string Agent::why_not_ready() const {
+  const auto state = loop_.state();
+  if (state.faults != 0) return "fault: " + fault_text(state.faults);
+  if (spool_.is_full()) return fmt::format("the spool is full: {} bytes without a receipt", spool_.bytes());
+  if (!publisher_.spool_error().empty()) return "the spool cannot be written: " + publisher_.spool_error();
+  if (!publisher_.has_readers()) return "nobody reads the samples";
+  return {};
+}
+
+std::string Agent::activity() const {
+  return running_ ? fmt::format("trial {}", running_->command.program().attempt()) : "idle";
+}
+
+void Agent::take_trial_commands() {
+  for (const auto& received : runtime::drain(endpoints_.trial_commands)) {
+    const auto& command = received.value;
+    if (command.program().rig_id() != options_.names.id) continue;
+    if (const auto* outcome = log_.find(command.trial_id())) {
+      publish_outcome(*outcome);
+    } else if (!running_) {
+      begin(command);
+    } else if (running_->command.trial_id() != command.trial_id()) {
+      refuse(command, fmt::format("trial {} is running", running_->command.program().attempt()));
+    }
+  }
+}
+
+void Agent::begin(const v1::TrialCommand& command) {
+  v1::TrialCommand prepared = command;
+  control::Command start;
+  start.request = ++last_request_;
+  start.kind = control::CommandKind::kStartTrial;
+  std::uint32_t segment = 0;
+  if (recorded_ != nullptr) {
+    auto found = recorded_->prepare(prepared.program());
+    if (!found) return refuse(command, found.error().message);
+    segment = *found;
+  } else if (command.program().kind() != v1::TRIAL_PERTURBATION) {
+    return refuse(command, "this rig has no recordings to play");
+  }
+  start.program = to_program(prepared.program(), ++last_number_);
+  start.program.segment = segment;
+  if (auto valid = control::validate(start.program, loop_.config().limits, recorded_ == nullptr); !valid) {
+    return refuse(command, valid.error().message);
+  }
+  if (const std::string why = why_not_ready(); !why.empty() && publisher_.has_readers())
+    return refuse(command, why);
+  if (auto logged = log_.begun(prepared, options_.epoch, loop_.state().next_sequence); !logged) {
+    return refuse(command, logged.error().message);
+  }
+  publisher_.set_trial(prepared.program().session_id(), prepared.trial_id());
+  running_ = RunningTrial{std::move(prepared), start.program.number};
+  loop_.post(start);
+  pending_replies_.push_back({start.request, {}});
+}
+
+void Agent::refuse(const v1::TrialCommand& command, const std::string& why) {
+  spdlog::warn("trial {} is refused: {}", command.program().attempt(), why);
+  v1::TrialOutcome outcome;
+  outcome.trial_id(command.trial_id());
+  outcome.program(command.program());
+  outcome.epoch(options_.epoch);
+  outcome.end(v1::TRIAL_REFUSED);
+  outcome.detail(why);
+  outcome.sample_rate_Hz(options_.names.sample_rate);
+  publish_outcome(outcome);
+}
+
+void Agent::take_rig_commands() {
+  for (const auto& received : runtime::drain(endpoints_.rig_commands)) {
+    const auto& command = received.value;
+    if (command.rig_id() != options_.names.id) continue;
+    PendingReply pending;
+    pending.request = ++last_request_;
+    pending.reply.rig_id(options_.names.id);
+    pending.reply.request_id(command.request_id());
+    control::Command order;
+    order.request = pending.request;
+    switch (command.request()) {
+      case v1::RIG_EMERGENCY_STOP:
+        spdlog::warn("emergency stop by {}", command.requested_by());
+        loop_.emergency_stop();
+        pending.is_emergency_stop = true;
+        break;
+      case v1::RIG_ABORT_TRIAL:
+        order.kind = control::CommandKind::kAbort;
+        break;
+      case v1::RIG_CLEAR_FAULT:
+        order.kind = control::CommandKind::kClearFaults;
+        break;
+    }
+    if (!pending.is_emergency_stop) loop_.post(order);
+    pending_replies_.push_back(std::move(pending));
+    if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
+  }
+}
+
+void Agent::take_receipts() {
+  for (const auto& received : runtime::drain(endpoints_.receipts)) {
+    const auto& receipt = received.value;
+    if (receipt.rig_id() != options_.names.id || receipt.kind() != v1::RECEIPT_STREAM) continue;
+    spool_.received(receipt.epoch(), receipt.through_sequence());
+    if (receipt.epoch() == options_.epoch)
+      received_through_ = std::max(received_through_, receipt.through_sequence());
+    (void)log_.received(receipt.epoch(), receipt.through_sequence());
+  }
+}
+
+void Agent::take_resends() {
+  for (const auto& received : runtime::drain(endpoints_.resends)) {
+    const auto& request = received.value;
+    if (request.rig_id() != options_.names.id) continue;
+    publisher_.resend({request.epoch(), request.first_sequence(), request.last_sequence()});
+  }
+}
+
+void Agent::resend_left_behind() {
+  if (clock_.now() < left_behind_due_) return;
+  left_behind_due_ = clock_.now() + kLeftBehindPeriod;
+  for (const auto& range : spool_.left_behind(options_.epoch)) publisher_.resend(range);
+}
+
+void Agent::advance_simulated_clock(int cycles) {
+  const std::int64_t now = clock_.now().time_since_epoch().count();
+  const bool was_running = running_.has_value();
+  for (int i = 0; i < cycles && running_.has_value() == was_running; ++i) {
+    loop_.keep_alive();
+    if (!loop_.step(now) && !was_running) return;  // a recording between its segments
+    if (loop_.samples_waiting() >= loop_.sample_capacity() / 2) collect_samples();
+    if ((i & 63) == 0) collect_results();
+  }
+}
+
+void Agent::collect_replies() {
+  const bool is_stopped = (loop_.state().faults & control::bit(control::Fault::kEmergencyStop)) != 0;
+  std::erase_if(pending_replies_, [&](PendingReply& pending) {
+    if (!pending.is_emergency_stop || !is_stopped) return false;
+    answer(pending, true, "stopped");
+    return true;
+  });
+  control::CommandReply reply;
+  while (loop_.next_reply(reply)) {
+    const auto pending = std::find_if(pending_replies_.begin(), pending_replies_.end(),
+                                      [&reply](const auto& entry) { return entry.request == reply.request; });
+    if (pending == pending_replies_.end()) continue;
+    const bool is_done = reply.result == control::CommandResult::kDone ||
+                         reply.result == control::CommandResult::kNothingRunning;
+    if (pending->reply.request_id() == kNoId) {  // our own start of a trial
+      if (!is_done && running_) {
+        refuse(running_->command, "the loop did not start it: " + fault_text(loop_.state().faults));
+        running_.reset();
+      }
+    } else {
+      answer(*pending, is_done, is_done ? "done" : "not cleared: " + fault_text(reply.remaining));
+    }
+    pending_replies_.erase(pending);
+  }
+}
+
+void Agent::answer(PendingReply& pending, bool is_done, const std::string& message) {
+  pending.reply.is_done(is_done);
+  pending.reply.message(message);
+  pending.reply.rig_clock_ns(loop_.state().acquisition_ns);
+  if (auto sent = endpoints_.replies.write(pending.reply); !sent) {
+    spdlog::warn("a reply is not sent: {}", sent.error().message);
+  }
+}
+
+void Agent::collect_samples() {
+  control::SampleRecord record;
+  while (loop_.next_sample(record)) {
+    const bool is_of_trial = running_ && record.trial == running_->number;
+    publisher_.set_trial(is_of_trial ? running_->command.program().session_id() : kNoId,
+                         is_of_trial ? running_->command.trial_id() : kNoId);
+    publisher_.add(record);
+  }
+  publisher_.flush_if_due();
+}
+
+void Agent::collect_results() {
+  control::TrialResult result;
+  while (loop_.next_result(result)) {
+    collect_samples();  // the trial's last sample is in the queue before its result
+    publisher_.flush();
+    if (!running_ || result.number != running_->number) continue;
+    v1::TrialOutcome outcome;
+    outcome.trial_id(running_->command.trial_id());
+    outcome.program(running_->command.program());
+    outcome.epoch(options_.epoch);
+    outcome.end(to_wire(result.outcome));
+    if (result.faults != 0) outcome.detail("fault: " + fault_text(result.faults));
+    outcome.first_sequence(result.first_sequence);
+    outcome.onset_sequence(result.has_onset ? result.onset_sequence : result.last_sequence);
+    outcome.last_sequence(result.last_sequence);
+    outcome.sample_rate_Hz(options_.names.sample_rate);
+    if (auto logged = log_.ended(outcome); !logged) spdlog::error("{}", logged.error().message);
+    running_.reset();
+    publish_outcome(outcome);
+  }
+}
+
+void Agent::publish_outcome(const v1::TrialOutcome& outcome) {
+  if (auto sent = endpoints_.outcomes.write(outcome); !sent) {
+    spdlog::error("the outcome of trial {} is not published: {}", outcome.program().attempt(),
+                  sent.error().message);
+  }
+}
+
+void Agent::publish_state_if_due() {
+  const auto loop = loop_.state();
+  v1::RigState state;
+  state.rig_id(options_.names.id);
+  state.epoch(options_.epoch);
+  state.mode(loop.faults != 0 ? v1::RIG_FAULT : running_ ? v1::RIG_IN_TRIAL : v1::RIG_IDLE);
+  if (running_) state.trial_id(running_->command.trial_id());
+  state.next_sequence(loop.next_sequence);
+  state.received_through(received_through_);
+  state.spool_bytes(spool_.bytes());
+  state.fault_bits(loop.faults);
+  state.fault(fault_text(loop.faults));
+  state.overruns(loop.missed_periods);
+  state.dropped_samples(loop.samples_dropped);
+  state.is_realtime_paced(options_.is_paced);
+  state.rig_clock_ns(loop.acquisition_ns);
+  // At full speed a change of mode is no news: the outcome says it. A fault is.
+  const bool is_news = !published_state_ || published_state_->fault_bits() != state.fault_bits() ||
+                       (options_.is_paced && published_state_->mode() != state.mode());
+  if (!is_news && clock_.now() < state_due_) return;
+  if (auto sent = endpoints_.state.write(state); !sent) {
+    spdlog::warn("the rig's state is not published: {}", sent.error().message);
+  }
+  published_state_ = state;
+  state_due_ = clock_.now() + kStatePeriod;
+}
+
+}  // namespace tonus::rig

@@ -1,0 +1,113 @@
+#pragma once
+
+#include <atomic>
+#include <memory>
+#include <optional>
+#include <vector>
+
+#include "rig_agent/agent/publisher.hpp"
+#include "rig_agent/agent/recorded_trials.hpp"
+#include "rig_agent/agent/spool.hpp"
+#include "rig_agent/agent/trial_log.hpp"
+#include "rig_agent/agent/wire.hpp"
+#include "rig_agent/control/rig_loop.hpp"
+#include "services/bus/bus.hpp"
+#include "services/bus/typed.hpp"
+#include "services/core/clock.hpp"
+
+#include <idl/archive.h>
+#include <idl/rig.h>
+#include <idl/trial.h>
+
+namespace tonus::rig {
+
+/// Ends of the agent on the bus, apart from the samples.
+struct AgentEndpoints {
+  bus::TypedReader<v1::TrialCommand> trial_commands;
+  bus::TypedReader<v1::RigCommand> rig_commands;
+  bus::TypedReader<v1::ArchiveReceipt> receipts;
+  bus::TypedReader<v1::ArchiveResend> resends;
+  bus::TypedWriter<v1::TrialOutcome> outcomes;
+  bus::TypedWriter<v1::RigReply> replies;
+  bus::TypedWriter<v1::RigDescription> description;
+  bus::TypedWriter<v1::RigState> state;
+
+  [[nodiscard]] static Result<AgentEndpoints> create(bus::Bus& bus, std::shared_ptr<bus::Notifier> notifier);
+};
+
+struct AgentOptions {
+  RigNames names;
+  std::uint64_t epoch = 0;
+  bool is_paced = true;  ///< false: the agent itself steps the loop, as fast as its samples are taken.
+};
+
+/// Everything of the rig that is not realtime: takes commands from the bus, starts trials in the loop, spools
+/// and publishes what the loop measured, reports how trials ended, and sends again what somebody misses.
+///
+/// A trial is run at most once: its id is looked up in the log first, and an outcome that is known is
+/// published again instead. A trial that an earlier run of the agent left unfinished is reported as
+/// TRIAL_BROKEN_OFF at the start, and samples that nobody has receipted are sent again until somebody does.
+///
+/// One thread calls step(). The loop runs in a thread of its own if it is paced; else step() advances it
+/// while a trial runs, and for two seconds after a command: between trials the simulated clock stands still.
+class Agent {
+ public:
+  Agent(const AgentOptions& options, control::RigLoop& loop, RecordedTrials* recorded, Publisher& publisher,
+        Spool& spool, TrialLog& log, AgentEndpoints endpoints, const Clock& clock);
+
+  /// Publishes the description and what earlier runs left. Call once, before the first step().
+  void start(const v1::RigDescription& description);
+
+  /// Handles all there is; returns when to call again at the latest.
+  Clock::TimePoint step();
+
+  /// Empty when a trial could be begun now, else why not.
+  [[nodiscard]] std::string why_not_ready() const;
+  [[nodiscard]] std::string activity() const;
+
+ private:
+  struct RunningTrial {
+    v1::TrialCommand command;
+    std::uint64_t number = 0;
+  };
+  struct PendingReply {
+    std::uint64_t request = 0;
+    v1::RigReply reply;
+    bool is_emergency_stop = false;  ///< Answered when the loop shows the fault.
+  };
+
+  void take_trial_commands();
+  void begin(const v1::TrialCommand& command);
+  void refuse(const v1::TrialCommand& command, const std::string& why);
+  void take_rig_commands();
+  void take_receipts();
+  void take_resends();
+  void resend_left_behind();
+  void advance_simulated_clock(int cycles);
+  void collect_replies();
+  void answer(PendingReply& pending, bool is_done, const std::string& message);
+  void collect_samples();
+  void collect_results();
+  void publish_outcome(const v1::TrialOutcome& outcome);
+  void publish_state_if_due();
+
+  AgentOptions options_;
+  control::RigLoop& loop_;
+  RecordedTrials* recorded_;
+  Publisher& publisher_;
+  Spool& spool_;
+  TrialLog& log_;
+  AgentEndpoints endpoints_;
+  const Clock& clock_;
+
+  std::optional<RunningTrial> running_;
+  std::vector<PendingReply> pending_replies_;
+  std::uint64_t last_number_ = 0;
+  std::uint64_t last_request_ = 0;
+  std::uint64_t received_through_ = 0;
+  std::optional<v1::RigState> published_state_;
+  Clock::TimePoint state_due_;
+  Clock::TimePoint left_behind_due_;
+};
+
+}  // namespace tonus::rig

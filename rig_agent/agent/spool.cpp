@@ -1,0 +1,160 @@
+#include "rig_agent/agent/spool.hpp"
+
+#include <algorithm>
+#include <charconv>
+#include <cstring>
+#include <optional>
+#include <spdlog/fmt/fmt.h>
+#include <utility>
+
+namespace tonus::rig {
+namespace {
+
+constexpr char kSuffix[] = ".spool";
+
+/// What stands before a block's payload in its record.
+struct Prefix {
+  std::uint64_t first_sequence;
+  std::uint64_t count;
+};
+
+std::optional<std::uint64_t> epoch_of(const std::filesystem::path& path) {
+  const std::string name = path.filename().string();
+  std::uint64_t epoch = 0;
+  const auto parsed = std::from_chars(name.data(), name.data() + name.size(), epoch);
+  if (parsed.ec != std::errc{} || path.extension() != kSuffix) return std::nullopt;
+  return epoch;
+}
+
+std::uint64_t last_of(std::uint64_t first, std::uint64_t count) { return first + count - 1; }
+
+}  // namespace
+
+Result<Spool> Spool::open(const SpoolOptions& options) {
+  std::error_code error;
+  std::filesystem::create_directories(options.folder, error);
+  std::vector<std::filesystem::path> paths;
+  for (const auto& entry : std::filesystem::directory_iterator(options.folder, error)) {
+    if (epoch_of(entry.path())) paths.push_back(entry.path());
+  }
+  if (error)
+    return fail(ErrorCode::kIo, fmt::format("spool {}: {}", options.folder.string(), error.message()));
+  std::sort(paths.begin(), paths.end());  // the names are zero-padded: oldest first
+
+  Spool spool(options);
+  for (const auto& path : paths) {
+    std::vector<Block> blocks;
+    auto file = RecordFile::open(path, [&blocks](std::uint64_t offset, std::span<const std::byte> content) {
+      Prefix prefix{};
+      if (content.size() < sizeof prefix) return;
+      std::memcpy(&prefix, content.data(), sizeof prefix);
+      blocks.push_back({prefix.first_sequence, static_cast<std::uint32_t>(prefix.count), offset});
+    });
+    if (!file) return file.error();
+    spool.bytes_ += file->size();
+    spool.segments_.push_back({*epoch_of(path), std::move(*file), std::move(blocks)});
+  }
+  return spool;
+}
+
+Result<void> Spool::append(std::uint64_t epoch, std::uint64_t first_sequence, std::uint32_t count,
+                           std::span<const std::byte> payload) {
+  if (segments_.empty() || segments_.back().epoch != epoch ||
+      segments_.back().file.size() >= options_.segment_bytes) {
+    if (auto begun = begin_segment(epoch, first_sequence); !begun) return begun;
+  }
+  const Prefix prefix{first_sequence, count};
+  std::vector<std::byte> record(sizeof prefix + payload.size());
+  std::memcpy(record.data(), &prefix, sizeof prefix);
+  std::memcpy(record.data() + sizeof prefix, payload.data(), payload.size());
+
+  Segment& segment = segments_.back();
+  const std::uint64_t before = segment.file.size();
+  auto offset = segment.file.append(record);
+  if (!offset) return offset.error();
+  segment.blocks.push_back({first_sequence, count, *offset});
+  bytes_ += segment.file.size() - before;
+  return {};
+}
+
+void Spool::received(std::uint64_t epoch, std::uint64_t through) {
+  auto& known = received_through_[epoch];
+  known = std::max(known, through);
+  forget_received();
+}
+
+Result<void> Spool::read(std::uint64_t epoch, std::uint64_t first, std::uint64_t last,
+                         const Visitor& visit) const {
+  Result<void> outcome;
+  for (const auto& segment : segments_) {
+    if (segment.epoch != epoch) continue;
+    auto block = std::lower_bound(
+        segment.blocks.begin(), segment.blocks.end(), first,
+        [](const Block& b, std::uint64_t s) { return last_of(b.first_sequence, b.count) < s; });
+    for (; block != segment.blocks.end() && block->first_sequence <= last; ++block) {
+      auto record = segment.file.read(block->offset);
+      if (record) {
+        visit(std::span(*record).subspan(sizeof(Prefix)));
+      } else {
+        outcome = record.error();
+      }
+    }
+  }
+  return outcome;
+}
+
+std::vector<SpooledRange> Spool::left_behind(std::uint64_t current) const {
+  std::vector<SpooledRange> ranges;
+  for (const auto& segment : segments_) {
+    if (segment.epoch == current || segment.blocks.empty() || is_received(segment)) continue;
+    const auto known = received_through_.find(segment.epoch);
+    const std::uint64_t through = known == received_through_.end() ? 0 : known->second;
+    const Block& tail = segment.blocks.back();
+    ranges.push_back({segment.epoch, std::max(through, segment.blocks.front().first_sequence),
+                      last_of(tail.first_sequence, tail.count)});
+  }
+  return ranges;
+}
+
+std::uint64_t Spool::last_sequence(std::uint64_t epoch, std::uint64_t otherwise) const {
+  for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
+    if (segment->epoch != epoch || segment->blocks.empty()) continue;
+    return last_of(segment->blocks.back().first_sequence, segment->blocks.back().count);
+  }
+  return otherwise;
+}
+
+Result<void> Spool::sync() {
+  if (segments_.empty()) return {};
+  return segments_.back().file.sync();
+}
+
+Result<void> Spool::begin_segment(std::uint64_t epoch, std::uint64_t first_sequence) {
+  if (!segments_.empty()) {
+    if (auto synced = segments_.back().file.sync(); !synced) return synced;
+  }
+  const auto path = options_.folder / fmt::format("{:020}-{:020}{}", epoch, first_sequence, kSuffix);
+  auto file = RecordFile::open(path, {});
+  if (!file) return file.error();
+  segments_.push_back({epoch, std::move(*file), {}});
+  return {};
+}
+
+bool Spool::is_received(const Segment& segment) const {
+  const auto known = received_through_.find(segment.epoch);
+  if (known == received_through_.end()) return false;
+  return segment.blocks.empty() ||
+         last_of(segment.blocks.back().first_sequence, segment.blocks.back().count) < known->second;
+}
+
+void Spool::forget_received() {
+  // The newest segment is still written to.
+  while (bytes_ > options_.retained_bytes && segments_.size() > 1 && is_received(segments_.front())) {
+    bytes_ -= segments_.front().file.size();
+    std::error_code ignored;  // A file that cannot be removed is found again at the next start.
+    std::filesystem::remove(segments_.front().file.path(), ignored);
+    segments_.pop_front();
+  }
+}
+
+}  // namespace tonus::rig

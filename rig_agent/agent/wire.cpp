@@ -1,0 +1,118 @@
+#include "rig_agent/agent/wire.hpp"
+
+#include <numbers>
+
+namespace tonus::rig {
+namespace {
+
+using control::Phase;
+
+static_assert(static_cast<int>(Phase::kIdle) == v1::PHASE_IDLE);
+static_assert(static_cast<int>(Phase::kCentring) == v1::PHASE_CENTRING);
+static_assert(static_cast<int>(Phase::kWaiting) == v1::PHASE_WAITING);
+static_assert(static_cast<int>(Phase::kBiasRamp) == v1::PHASE_BIAS_RAMP);
+static_assert(static_cast<int>(Phase::kBiasHold) == v1::PHASE_BIAS_HOLD);
+static_assert(static_cast<int>(Phase::kPerturbing) == v1::PHASE_PERTURBING);
+static_assert(static_cast<int>(Phase::kReturning) == v1::PHASE_RETURNING);
+static_assert(static_cast<int>(Phase::kSafe) == v1::PHASE_SAFE);
+
+v1::RigKind to_wire(RigKind kind) {
+  switch (kind) {
+    case RigKind::kTwoLink:
+      return v1::RIG_TWO_LINK;
+    case RigKind::kCartesian:
+      return v1::RIG_CARTESIAN;
+    case RigKind::kOneAxis:
+      return v1::RIG_ONE_AXIS;
+  }
+  return v1::RIG_TWO_LINK;
+}
+
+std::array<double, 2> pair(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
+Eigen::Vector2d vector(const std::array<double, 2>& a) { return {a[0], a[1]}; }
+
+}  // namespace
+
+v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) {
+  v1::RigDescription wire;
+  wire.rig_id(names.id);
+  wire.name(names.name);
+  wire.driver(names.driver);
+  wire.kind(to_wire(geometry.kind));
+  wire.link_lengths_m({geometry.links.l1, geometry.links.l2});
+  wire.encoder_counts_per_unit(geometry.counts_per_unit);
+  wire.encoder_zero_count(geometry.encoder_zero);
+  wire.encoder_sign(geometry.encoder_sign);
+  const auto& c = geometry.force_calibration;
+  wire.force_calibration_N_per_V({c(0, 0), c(0, 1), c(1, 0), c(1, 1)});
+  wire.force_offset_V(pair(geometry.force_offset_V));
+  wire.force_sensor_angle_rad(geometry.force_sensor_angle);
+  wire.force_saturation_V(geometry.force_saturation_V);
+  wire.handle_mass_kg(geometry.handle_mass);
+  wire.home_m(pair(names.home));
+  wire.loop_rate_Hz(names.loop_rate);
+  wire.sample_rate_Hz(names.sample_rate);
+  wire.displacement_unit(names.displacement_unit);
+  wire.force_unit(names.force_unit);
+  return wire;
+}
+
+control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t number) {
+  control::TrialProgram program;
+  program.number = number;
+  program.posture = vector(wire.posture_m());
+  program.shoulder = {vector(wire.shoulder_origin_m()), wire.shoulder_angle_rad()};
+  program.wait = wire.wait_s();
+  program.bias = vector(wire.bias_N());
+  if (!program.bias.isZero()) {  // else these say nothing
+    program.bias_ramp = wire.bias_ramp_s();
+    program.bias_hold = wire.bias_hold_s();
+    program.bias_threshold = wire.bias_threshold_N();
+  }
+  program.direction = wire.direction_deg() * std::numbers::pi / 180.0;
+  program.amplitude = wire.amplitude_m();
+  program.rise_time = wire.rise_time_s();
+  program.hold = wire.hold_s();
+  return program;
+}
+
+v1::RigSample to_wire(const control::SampleRecord& record) {
+  v1::RigSample wire;
+  wire.acquisition_ns(record.raw.acquisition_ns);
+  wire.encoder_count(record.raw.encoder_count);
+  wire.force_V(record.raw.force_V);
+  wire.commanded_m(record.commanded);
+  wire.phase(static_cast<std::uint8_t>(record.phase));
+  const bool is_saturated = (record.flags & static_cast<std::uint16_t>(control::SampleFlag::kSaturated)) != 0;
+  wire.flags(is_saturated ? 1 : 0);
+  return wire;
+}
+
+v1::TrialEnd to_wire(control::TrialOutcome outcome) {
+  switch (outcome) {
+    case control::TrialOutcome::kCompleted:
+      return v1::TRIAL_COMPLETED;
+    case control::TrialOutcome::kAborted:
+      return v1::TRIAL_ABORTED;
+    case control::TrialOutcome::kFault:
+      return v1::TRIAL_FAULTED;
+    case control::TrialOutcome::kNotCentred:
+      return v1::TRIAL_NOT_CENTRED;
+    case control::TrialOutcome::kBiasNotReached:
+      return v1::TRIAL_BIAS_NOT_REACHED;
+    case control::TrialOutcome::kNoRecording:
+      return v1::TRIAL_REFUSED;
+  }
+  return v1::TRIAL_FAULTED;
+}
+
+std::string fault_text(control::FaultBits faults) {
+  std::string text;
+  for (const auto fault : control::kAllFaults) {
+    if ((faults & control::bit(fault)) == 0) continue;
+    text += (text.empty() ? "" : ", ") + std::string(control::fault_name(fault));
+  }
+  return text;
+}
+
+}  // namespace tonus::rig

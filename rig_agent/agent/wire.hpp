@@ -1,0 +1,41 @@
+#pragma once
+
+#include <string>
+
+#include "rig_agent/control/fault.hpp"
+#include "rig_agent/control/sample_record.hpp"
+#include "rig_agent/control/trial_program.hpp"
+#include "services/core/id.hpp"
+#include "services/core/rig_geometry.hpp"
+
+#include <idl/rig.h>
+#include <idl/trial.h>
+
+/// Where the rig's own types meet the wire's. Pure.
+namespace tonus::rig {
+
+/// Names of the rig that its geometry does not hold.
+struct RigNames {
+  Id id{};
+  std::string name;
+  std::string driver;
+  double loop_rate = 0.0;                          ///< Hz
+  double sample_rate = 0.0;                        ///< Hz
+  Eigen::Vector2d home = Eigen::Vector2d::Zero();  ///< m, handle in R between trials
+  std::string displacement_unit = "m";
+  std::string force_unit = "N";
+};
+
+[[nodiscard]] v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry);
+
+/// `number` is what the loop echoes in samples and result; not 0.
+[[nodiscard]] control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t number);
+
+[[nodiscard]] v1::RigSample to_wire(const control::SampleRecord& record);
+
+[[nodiscard]] v1::TrialEnd to_wire(control::TrialOutcome outcome);
+
+/// "workspace, speed"; empty for none.
+[[nodiscard]] std::string fault_text(control::FaultBits faults);
+
+}  // namespace tonus::rig

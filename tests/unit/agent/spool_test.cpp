@@ -1,0 +1,101 @@
+#include "rig_agent/agent/spool.hpp"
+
+#include <gtest/gtest.h>
+#include <string>
+
+#include "tests/support/temporary_folder.hpp"
+
+namespace tonus::rig {
+namespace {
+
+std::span<const std::byte> bytes(const std::string& text) {
+  return std::as_bytes(std::span(text.data(), text.size()));
+}
+
+/// Blocks of ten samples; a block's payload is its number.
+Result<void> append_blocks(Spool& spool, std::uint64_t epoch, std::uint64_t from, std::uint64_t count) {
+  for (std::uint64_t i = from; i < from + count; ++i) {
+    if (auto kept = spool.append(epoch, 10 * i, 10, bytes(std::to_string(i))); !kept) return kept;
+  }
+  return {};
+}
+
+std::vector<std::string> read(const Spool& spool, std::uint64_t epoch, std::uint64_t first,
+                              std::uint64_t last) {
+  std::vector<std::string> payloads;
+  EXPECT_TRUE(spool.read(epoch, first, last, [&](std::span<const std::byte> payload) {
+    payloads.emplace_back(reinterpret_cast<const char*>(payload.data()), payload.size());
+  }));
+  return payloads;
+}
+
+class SpoolTest : public ::testing::Test {
+ protected:
+  SpoolOptions options(std::uint64_t retained = 0) {
+    return {.folder = folder_.path(), .max_bytes = 4000, .retained_bytes = retained, .segment_bytes = 400};
+  }
+  testing::TemporaryFolder folder_;
+};
+
+TEST_F(SpoolTest, GivesEveryBlockThatHoldsAnyOfTheSamplesAskedFor) {
+  auto spool = Spool::open(options());
+  ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 50));
+  EXPECT_EQ(read(*spool, 1, 95, 110), (std::vector<std::string>{"9", "10", "11"}));
+  EXPECT_EQ(read(*spool, 1, 490, 9999), std::vector<std::string>{"49"});
+  EXPECT_TRUE(read(*spool, 2, 0, 100).empty());
+}
+
+TEST_F(SpoolTest, IsThereAgainAfterTheProgramsDeath) {
+  {
+    auto spool = Spool::open(options());
+    ASSERT_TRUE(spool && append_blocks(*spool, 7, 0, 30));
+  }
+  auto again = Spool::open(options());
+  ASSERT_TRUE(again);
+  EXPECT_EQ(read(*again, 7, 0, 299).size(), 30U);
+  EXPECT_EQ(again->last_sequence(7, 0), 299U);
+}
+
+TEST_F(SpoolTest, ForgetsOnlyWhatIsReceived) {
+  auto spool = Spool::open(options());
+  ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 60));
+  const auto before = spool->bytes();
+  spool->received(1, 200);
+  EXPECT_LT(spool->bytes(), before);
+  EXPECT_EQ(read(*spool, 1, 200, 599).size(), 40U);
+}
+
+TEST_F(SpoolTest, KeepsReceivedSamplesWhileThereIsRoom) {
+  auto spool = Spool::open(options(1 << 20));
+  ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 60));
+  spool->received(1, 600);
+  EXPECT_EQ(read(*spool, 1, 0, 599).size(), 60U);
+}
+
+TEST_F(SpoolTest, IsFullWhenNothingMayBeForgottenAndStillKeepsWhatComes) {
+  auto spool = Spool::open(options());
+  ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 200));
+  EXPECT_TRUE(spool->is_full());
+  ASSERT_TRUE(append_blocks(*spool, 1, 200, 1));
+  EXPECT_EQ(read(*spool, 1, 0, 2009).size(), 201U);
+  spool->received(1, 2010);
+  EXPECT_FALSE(spool->is_full());
+}
+
+TEST_F(SpoolTest, TellsWhatEarlierRunsLeftWithoutAReceipt) {
+  {
+    auto spool = Spool::open(options());
+    ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 5) && append_blocks(*spool, 2, 0, 5));
+  }
+  auto spool = Spool::open(options());
+  spool->received(1, 50);
+  ASSERT_TRUE(append_blocks(*spool, 3, 0, 1));
+  const auto left = spool->left_behind(3);
+  ASSERT_EQ(left.size(), 1U);
+  EXPECT_EQ(left[0].epoch, 2U);
+  EXPECT_EQ(left[0].first_sequence, 0U);
+  EXPECT_EQ(left[0].last_sequence, 49U);
+}
+
+}  // namespace
+}  // namespace tonus::rig
