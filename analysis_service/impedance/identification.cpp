@@ -1,0 +1,176 @@
+#include "analysis_service/impedance/identification.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <numbers>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/impedance/convergence.hpp"
+#include "analysis_service/impedance/diagnostics.hpp"
+#include "analysis_service/impedance/fit_signals.hpp"
+#include "analysis_service/impedance/pooled_fit.hpp"
+#include "analysis_service/impedance/sized.hpp"
+#include "analysis_service/impedance/tuning.hpp"
+#include "analysis_service/impedance/unit_factor.hpp"
+#include "analysis_service/impedance/verdict.hpp"
+
+namespace tonus::impedance {
+namespace {
+
+using TrialPointers = std::vector<const Trial*>;
+
+Error refuse(const Trial& trial, const std::string& what) {
+  return fail(ErrorCode::kInvalidArgument, fmt::format("trial {}: {}", trial.number, what));
+}
+
+Result<void> check(const Trial& trial, const Trial& first) {
+  if (trial.axes() != 1 && trial.axes() != 2)
+    return refuse(trial, fmt::format("{} axes, allowed is 1 or 2", trial.axes()));
+  if (trial.axes() != first.axes()) {
+    return refuse(trial, fmt::format("{} axes, allowed is {} as in trial {}", trial.axes(), first.axes(),
+                                     first.number));
+  }
+  if (trial.sample_period != first.sample_period) {
+    return refuse(trial, fmt::format("sample period is {} s, allowed is {} s as in trial {}",
+                                     trial.sample_period, first.sample_period, first.number));
+  }
+  if (trial.force.rows() != trial.samples() || trial.force.cols() != trial.axes()) {
+    return refuse(trial, fmt::format("force has {} x {} values, allowed is {} x {} as the displacement",
+                                     trial.force.rows(), trial.force.cols(), trial.samples(), trial.axes()));
+  }
+  if (trial.commanded.rows() != 0 && trial.commanded.rows() != trial.samples()) {
+    return refuse(trial, fmt::format("{} commanded values, allowed is 0 or {}", trial.commanded.rows(),
+                                     trial.samples()));
+  }
+  if (trial.onset < 0 || (!trial.is_continuous && trial.onset >= trial.samples())) {
+    return refuse(trial,
+                  fmt::format("onset at sample {}, allowed is 0 to {}", trial.onset, trial.samples() - 1));
+  }
+  return {};
+}
+
+Result<TrialPointers> in_order(std::span<const Trial> trials) {
+  TrialPointers ordered;
+  for (const Trial& trial : trials) {
+    if (auto valid = check(trial, trials.front()); !valid) return valid.error();
+    ordered.push_back(&trial);
+  }
+  std::ranges::sort(ordered, {}, &Trial::number);
+  const auto repeated = std::ranges::adjacent_find(ordered, {}, &Trial::number);
+  if (repeated != ordered.end()) return refuse(**repeated, "the number is there twice, allowed is once");
+  return ordered;
+}
+
+/// Takes out the trials that end before the window does.
+void reject_short(TrialPointers& trials, Eigen::Index rows, Estimate& estimate) {
+  std::erase_if(trials, [&](const Trial* trial) {
+    const bool is_short =
+        trial->samples() < kFewestRows || (!trial->is_continuous && trial->samples() - trial->onset < rows);
+    if (is_short) estimate.trials_rejected.push_back({trial->number, Reason::kShortTrial});
+    return is_short;
+  });
+}
+
+/// Independent units of one trial: itself, or the blocks of a continuous record behind the filter's
+/// transient; what is left over at the end belongs to the last block.
+template <int kSize, int kAxes>
+void add_units(const Trial& trial, const FitSignals& signals, const Options& options,
+               double natural_frequency, std::vector<RecursiveLeastSquares<kSize, kAxes>>& units) {
+  const auto rows_in = [&](double duration) {
+    return static_cast<Eigen::Index>(std::llround(duration / trial.sample_period));
+  };
+  if (!trial.is_continuous) {
+    units.push_back(factor_of<kSize, kAxes>(signals, trial.onset, rows_in(options.window)));
+    return;
+  }
+  Eigen::Index first = 0;
+  if (options.method == Method::kStateVariable) {
+    const double decay = options.damping_ratio * 2.0 * std::numbers::pi * natural_frequency;
+    first = std::min(rows_in(5.0 / decay), trial.samples() / 4);
+  }
+  const Eigen::Index block = rows_in(options.block);
+  const Eigen::Index count = std::max<Eigen::Index>(1, (trial.samples() - first) / block);
+  for (Eigen::Index i = 0; i < count; ++i) {
+    const Eigen::Index begin = first + i * block;
+    const Eigen::Index end = i + 1 == count ? trial.samples() : begin + block;
+    units.push_back(factor_of<kSize, kAxes>(signals, begin, end - begin));
+  }
+}
+
+/// Estimates from all trials pooled, as the window grows: rows in the order of time.
+template <int kSize, int kAxes>
+std::vector<ConvergencePoint> trace_of(const TrialPointers& trials, const std::vector<FitSignals>& signals,
+                                       Eigen::Index rows, double rank_margin) {
+  std::vector<ConvergencePoint> trace;
+  RecursiveLeastSquares<kSize, kAxes> factor;
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    for (std::size_t g = 0; g < trials.size(); ++g) add_row(signals[g], trials[g]->onset + k, factor);
+    if (!(condition_bound<kSize>(factor.R()) * rank_margin < 1.0)) continue;
+    const double end_time = static_cast<double>(k + 1) * trials.front()->sample_period;
+    trace.push_back({end_time, parameters_from(solve(factor), kAxes)});
+  }
+  return trace;
+}
+
+template <int kSize, int kAxes>
+std::optional<Reason> fit(const TrialPointers& trials, const Options& options, Eigen::Index rows,
+                          Estimate& estimate) {
+  std::vector<FitSignals> signals;
+  std::vector<RecursiveLeastSquares<kSize, kAxes>> units;
+  for (const Trial* trial : trials) {
+    signals.push_back(fit_signals(*trial, options, estimate.natural_frequency));
+    add_units(*trial, signals.back(), options, estimate.natural_frequency, units);
+  }
+  if (const auto failure = fit_pooled(units, options.rank_margin, estimate)) return failure;
+  const bool has_onsets =
+      std::ranges::none_of(trials, [](const Trial* trial) { return trial->is_continuous; });
+  if (options.has_trace && has_onsets) {
+    estimate.trace = trace_of<kSize, kAxes>(trials, signals, rows, options.rank_margin);
+    estimate.settling_time = settling_time(estimate.trace, estimate.value, options.settling_share);
+  }
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<Estimate> identify(std::span<const Trial> given, const Options& options) {
+  Estimate estimate;
+  estimate.method = options.method;
+  estimate.model = options.model;
+  if (given.empty()) {
+    conclude(estimate, Reason::kTooFewTrials, {});
+    return estimate;
+  }
+  const double sample_period = given.front().sample_period;
+  if (auto valid = validate(options, sample_period); !valid) return valid.error();
+  auto ordered = in_order(given);
+  if (!ordered) return ordered.error();
+  TrialPointers& trials = *ordered;
+  const auto rows = static_cast<Eigen::Index>(std::llround(options.window / sample_period));
+  estimate.axes = given.front().axes();
+  reject_short(trials, rows, estimate);
+  for (const Trial* trial : trials) estimate.trials_used.push_back(trial->number);
+  if (trials.empty()) {
+    conclude(estimate, Reason::kTooFewTrials, {});
+    return estimate;
+  }
+
+  const double frequency = tuned_natural_frequency(trials, options.window, options.block);
+  const Diagnosis diagnosis = diagnose(trials, options, frequency);
+  estimate.force_lag = diagnosis.force_lag;
+  std::optional<Reason> failure;
+  if (options.method == Method::kStateVariable) {
+    estimate.natural_frequency = options.natural_frequency.value_or(frequency);
+    if (estimate.natural_frequency <= 0.0) failure = Reason::kRankDeficient;
+  }
+  if (diagnosis.is_single_direction) failure = Reason::kSingleDirection;
+  if (!failure) {
+    failure = with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
+      return fit<kSize, kAxes>(trials, options, rows, estimate);
+    });
+  }
+  conclude(estimate, failure, diagnosis);
+  return estimate;
+}
+
+}  // namespace tonus::impedance

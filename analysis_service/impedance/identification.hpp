@@ -1,0 +1,113 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <optional>
+#include <span>
+#include <string_view>
+#include <vector>
+
+#include "analysis_service/impedance/axes.hpp"
+#include "analysis_service/impedance/options.hpp"
+#include "analysis_service/impedance/trial.hpp"
+#include "services/core/result.hpp"
+
+namespace tonus::impedance {
+
+/// Whether the numbers of an Estimate may be used.
+enum class Status : std::uint8_t {
+  kUndetermined,  ///< The data do not determine the parameters: there are no numbers.
+  kOk,
+  kSuspect,  ///< There are numbers, and a reason not to trust them.
+};
+
+/// Why an estimate is not ok, or a trial was left out. Each defect of the data has its own.
+enum class Reason : std::uint8_t {
+  kTooFewTrials,       ///< Undetermined: fewer than two trials (or blocks): no interval can be stated.
+  kSingleDirection,    ///< Undetermined: all perturbations act along one line; the plane is not excited.
+  kRankDeficient,      ///< Undetermined: the regressors do not have full rank with the margin asked for.
+  kNegativeStiffness,  ///< Suspect, whatever R2: Ks has an eigenvalue <= 0 (closed-loop artefact).
+  kNegativeMass,       ///< Suspect: Ms has an eigenvalue <= 0.
+  kNegativeDamping,    ///< Suspect: Bs has an eigenvalue <= 0.
+  kCollinearForce,     ///< Suspect: the force channels carry one signal.
+  kForceShifted,       ///< Suspect: a force channel leads or lags the displacement.
+  kClippedForce,       ///< Suspect: a force channel stands still at its extreme.
+  kShortTrial,         ///< Trial left out: it ends before the window does.
+};
+
+/// Names as files have them: too_few_trials, single_direction, ... ; ok, undetermined, suspect.
+[[nodiscard]] std::string_view name_of(Reason reason);
+[[nodiscard]] std::string_view name_of(Status status);
+
+/// M (kg), B (N s/m), K (N/m), each axes x axes and not symmetrised, and X0 (m), of (3). B has no columns in
+/// model (13), three in (14) (N s2/m2, of x1'^2, x1' x2', x2'^2), and is N s2/m2 in (15).
+struct Parameters {
+  AxisMatrix M;
+  AxisMatrix B;
+  AxisMatrix K;
+  AxisVector X0;
+};
+
+/// A trial that was left out of the fit.
+struct RejectedTrial {
+  std::uint32_t number = 0;
+  Reason reason = Reason::kShortTrial;
+};
+
+/// The estimate from all trials pooled, of the rows from the onset to end_time.
+struct ConvergencePoint {
+  double end_time = 0.0;  ///< s from the onset.
+  Parameters value;
+};
+
+/// The data of a condition in square-root information form: ||Phi Theta - F||^2 = ||R Theta - Z||^2 +
+/// residual. Row order of Theta: x"(axes), velocity terms, x (axes), 1.
+struct Information {
+  Eigen::MatrixXd R;         ///< Upper triangular, regressors x regressors.
+  Eigen::MatrixXd Z;         ///< regressors x axes.
+  Eigen::VectorXd residual;  ///< Sum of squared residuals per axis, N^2.
+  Eigen::Index samples = 0;
+};
+
+/// Result of identify(): starts as undetermined.
+struct Estimate {
+  Method method = Method::kStateVariable;
+  Model model = Model::kLinear;
+  Status status = Status::kUndetermined;
+  std::vector<Reason> reasons;  ///< In the order of the enumeration, each once.
+  int axes = 0;
+  Parameters value;  ///< All empty while undetermined; so are the next three.
+  Parameters std;    ///< One standard deviation of each element, the trial being the independent unit.
+  Parameters low;    ///< Lower ends of the 95 % intervals.
+  Parameters high;   ///< Upper ends.
+  Eigen::MatrixXd
+      covariance;        ///< Of vec(Theta), column by column: (regressors*axes) square; none in undetermined.
+  AxisVector sigma;      ///< N, (16) as root mean square, of the (filtered) force that was fitted.
+  AxisVector explained;  ///< Share of that force's variation about its mean that the model explains (R2).
+  double condition_number =
+      0.0;  ///< Of the regressor with columns scaled to unit length; infinite if singular.
+  Eigen::Index samples = 0;
+  std::vector<std::uint32_t> trials_used;  ///< Ascending.
+  std::vector<RejectedTrial> trials_rejected;
+  std::size_t units =
+      0;  ///< Independent units behind the intervals: trials, or blocks of a continuous record.
+  double natural_frequency = 0.0;  ///< Hz, of (8); 0 in the other methods.
+  AxisVector force_lag;            ///< s that each force channel lags what fits the displacement best.
+  std::vector<ConvergencePoint> trace;
+  std::optional<double> settling_time;  ///< s; none: not traced, or not settled before the window's end.
+  Information information;
+};
+
+/// Identifies one condition (posture, bias, instruction) from its valid trials: M, B, K, X0 of (3) or the
+/// model's other parameters, their standard deviations and 95 % intervals, and whether to trust them.
+///
+/// Law: least squares of F on [x" x' x 1] (method, section 4) in square-root information form; trials are
+/// taken in ascending number, so that the result does not depend, to the last bit, on the order given.
+/// Intervals: the trial is the independent unit (samples within one are correlated): leave-one-trial-out
+/// jackknife, Student's t with trials - 1 degrees of freedom. A continuous record is cut into blocks.
+/// Errors (kInvalidArgument): options out of limits, trials of different axes, sample period, or numbers that
+/// repeat, signals of different lengths, an onset outside the record. No trials at all is "undetermined".
+/// Pure, thread-safe, allocates.
+[[nodiscard]] Result<Estimate> identify(std::span<const Trial> trials, const Options& options);
+
+}  // namespace tonus::impedance

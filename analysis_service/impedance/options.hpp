@@ -1,0 +1,56 @@
+#pragma once
+
+#include <cstdint>
+#include <optional>
+#include <string_view>
+
+#include "services/core/result.hpp"
+
+namespace tonus::impedance {
+
+/// Published methods to obtain the derivatives of the displacement (method, section 3).
+enum class Method : std::uint8_t {
+  kLowpass,        ///< Zero-phase Butterworth, then central differences.
+  kOptimal,        ///< Optimally regularised Fourier series.
+  kStateVariable,  ///< T(s) of (8) on displacement and force; the one that runs sample by sample.
+};
+
+/// Models of the force (method, section 4), by equation number.
+enum class Model : std::uint8_t {
+  kLinear,                 ///< (3)  M X" + B X' + K (X - X0)
+  kNoDamping,              ///< (13) M X" + K (X - X0)
+  kCoriolis,               ///< (14) M X" + B_C [x1'^2, x1' x2', x2'^2]' + K (X - X0)
+  kSquaredVelocity,        ///< (15) M X" + B [x1'^2, x2'^2]' + K (X - X0)
+  kSignedSquaredVelocity,  ///< (15) with x' |x'| for x'^2.
+};
+
+inline constexpr Method kMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable};
+inline constexpr Model kModels[] = {Model::kLinear, Model::kNoDamping, Model::kCoriolis,
+                                    Model::kSquaredVelocity, Model::kSignedSquaredVelocity};
+
+/// Names as files and the command line have them: lowpass, optimal, state_variable; linear, no_damping,
+/// coriolis, squared_velocity, signed_squared_velocity.
+[[nodiscard]] std::string_view name_of(Method method);
+[[nodiscard]] std::string_view name_of(Model model);
+[[nodiscard]] Result<Method> method_named(std::string_view name);
+[[nodiscard]] Result<Model> model_named(std::string_view name);
+
+/// How a condition is identified. The defaults are the published settings.
+struct Options {
+  Method method = Method::kStateVariable;
+  Model model = Model::kLinear;
+  double window = 1.0;   ///< s from the onset that are fitted, more than 0.
+  double cutoff = 10.0;  ///< Hz, low-pass; also smooths the velocities of models (14), (15) in every method.
+  bool is_force_filtered = false;           ///< lowpass only: the force through the same filter.
+  std::optional<double> natural_frequency;  ///< Hz, wn/(2 pi) of (8); none: tuned to the data (tuning.hpp).
+  double damping_ratio = 0.1;               ///< zeta of (8), in (0, 1].
+  double block = 2.0;                       ///< s, length of the blocks that a continuous record is cut into.
+  double rank_margin = 1e-6;     ///< Least inverse condition number that counts as full rank, in (0, 1).
+  double settling_share = 0.08;  ///< Of the largest element of each matrix: what counts as settled.
+  bool has_trace = true;         ///< Computes the convergence trace.
+};
+
+/// Refuses options outside the limits stated at their fields, for data of this sample period (s).
+[[nodiscard]] Result<void> validate(const Options& options, double sample_period);
+
+}  // namespace tonus::impedance

@@ -1,0 +1,133 @@
+#include "analysis_service/impedance/trial.hpp"
+
+#include <cmath>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::impedance {
+namespace {
+
+Result<void> check_samples(std::span<const EndpointSample> samples, const Preparation& preparation) {
+  const bool has_stamps = samples.front().acquisition_ns != samples.back().acquisition_ns;
+  for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (!samples[k].p_SE.allFinite() || !samples[k].f_S.allFinite()) {
+      return fail(ErrorCode::kDataLoss, fmt::format("trial: sample {} is not finite", k));
+    }
+    if (!has_stamps || k == 0) continue;
+    const double step = 1e-9 * static_cast<double>(samples[k].acquisition_ns - samples[k - 1].acquisition_ns);
+    if (std::abs(step - preparation.sample_period) > 0.5 * preparation.sample_period) {
+      return fail(ErrorCode::kDataLoss,
+                  fmt::format("trial: sample {} comes {} s after the one before it, allowed is {} s", k, step,
+                              preparation.sample_period));
+    }
+  }
+  return {};
+}
+
+Trial copy_rows(std::uint32_t number, std::span<const EndpointSample> samples, const Preparation& preparation,
+                std::span<const Eigen::Vector2d> commanded) {
+  const auto rows = static_cast<Eigen::Index>(samples.size());
+  Trial trial;
+  trial.number = number;
+  trial.sample_period = preparation.sample_period;
+  trial.handle_mass = preparation.handle_mass;
+  trial.displacement.resize(rows, preparation.axes);
+  trial.force.resize(rows, preparation.axes);
+  trial.commanded.resize(static_cast<Eigen::Index>(commanded.size()), preparation.axes);
+  for (Eigen::Index k = 0; k < rows; ++k) {
+    const auto i = static_cast<std::size_t>(k);
+    for (int axis = 0; axis < preparation.axes; ++axis) {
+      trial.displacement(k, axis) = samples[i].p_SE[axis];
+      trial.force(k, axis) = samples[i].f_S[axis];
+      if (!commanded.empty()) trial.commanded(k, axis) = commanded[i][axis];
+    }
+  }
+  return trial;
+}
+
+void subtract(Signals& signals, const AxisVector& offset) {
+  for (Eigen::Index axis = 0; axis < signals.cols(); ++axis) signals.col(axis).array() -= offset[axis];
+}
+
+Result<void> check_shapes(std::span<const EndpointSample> samples, const Preparation& preparation,
+                          std::span<const Eigen::Vector2d> commanded) {
+  if (auto valid = validate(preparation); !valid) return valid;
+  if (samples.empty()) return fail(ErrorCode::kInvalidArgument, "trial: 0 samples, allowed is 1 or more");
+  if (!commanded.empty() && commanded.size() != samples.size()) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("trial: {} commanded values, allowed is 0 or {}",
+                                                         commanded.size(), samples.size()));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<void> validate(const Preparation& preparation) {
+  const auto refuse = [](const char* what, double value, const char* allowed) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("preparation: {} is {}, allowed is {}", what, value, allowed));
+  };
+  if (preparation.axes != 1 && preparation.axes != 2) return refuse("axes", preparation.axes, "1 or 2");
+  if (!(preparation.sample_period > 0.0) || !std::isfinite(preparation.sample_period)) {
+    return refuse("sample period", preparation.sample_period, "more than 0 s");
+  }
+  if (!(preparation.rest >= preparation.sample_period) || !std::isfinite(preparation.rest)) {
+    return refuse("rest", preparation.rest, "one sample period or more");
+  }
+  if (!(preparation.handle_mass >= 0.0))
+    return refuse("handle mass", preparation.handle_mass, "0 kg or more");
+  return {};
+}
+
+AxisVector mean_of_rows(const Signals& signals, Eigen::Index first, Eigen::Index rows) {
+  // Plain loops: a vectorised sum depends, in its last bits, on where the data stand in memory.
+  AxisVector mean = AxisVector::Zero(signals.cols());
+  for (Eigen::Index axis = 0; axis < signals.cols(); ++axis) {
+    for (Eigen::Index k = 0; k < rows; ++k) mean[axis] += signals(first + k, axis);
+    mean[axis] /= static_cast<double>(rows);
+  }
+  return mean;
+}
+
+Result<Trial> prepare_trial(std::uint32_t number, std::span<const EndpointSample> samples, Eigen::Index onset,
+                            const Preparation& preparation, std::span<const Eigen::Vector2d> commanded) {
+  if (auto valid = check_shapes(samples, preparation, commanded); !valid) return valid.error();
+  const auto rows = static_cast<Eigen::Index>(samples.size());
+  if (onset < 1 || onset >= rows) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("trial {}: onset at sample {}, allowed is 1 to {}", number, onset, rows - 1));
+  }
+  const auto longest = static_cast<Eigen::Index>(std::llround(preparation.rest / preparation.sample_period));
+  const auto skipped = static_cast<std::size_t>(std::max<Eigen::Index>(0, onset - longest));
+  samples = samples.subspan(skipped);
+  if (!commanded.empty()) commanded = commanded.subspan(skipped);
+  onset -= static_cast<Eigen::Index>(skipped);
+  if (auto valid = check_samples(samples, preparation); !valid) return valid.error();
+
+  Trial trial = copy_rows(number, samples, preparation, commanded);
+  trial.onset = onset;
+  subtract(trial.displacement, mean_of_rows(trial.displacement, 0, onset));
+  if (preparation.is_force_tared) subtract(trial.force, mean_of_rows(trial.force, 0, onset));
+  return trial;
+}
+
+Result<Trial> prepare_record(std::uint32_t number, std::span<const EndpointSample> samples,
+                             const Preparation& preparation, std::span<const Eigen::Vector2d> commanded) {
+  if (auto valid = check_shapes(samples, preparation, commanded); !valid) return valid.error();
+  if (auto valid = check_samples(samples, preparation); !valid) return valid.error();
+  Trial trial = copy_rows(number, samples, preparation, commanded);
+  trial.is_continuous = true;
+  subtract(trial.displacement, mean_of_rows(trial.displacement, 0, trial.samples()));
+  if (preparation.is_force_tared) subtract(trial.force, mean_of_rows(trial.force, 0, trial.samples()));
+  return trial;
+}
+
+bool is_clipped(std::span<const RawSample> raw, double saturation_V) {
+  for (const RawSample& sample : raw) {
+    for (const double volts : sample.force_V) {
+      if (std::abs(volts) >= saturation_V) return true;
+    }
+  }
+  return false;
+}
+
+}  // namespace tonus::impedance

@@ -1,0 +1,46 @@
+#include "analysis_service/impedance/options.hpp"
+
+#include <functional>
+#include <gtest/gtest.h>
+
+namespace tonus::impedance {
+namespace {
+
+TEST(Options, AreThePublishedSettingsByDefault) {
+  const Options options;
+  EXPECT_EQ(options.method, Method::kStateVariable);
+  EXPECT_EQ(options.window, 1.0);
+  EXPECT_EQ(options.cutoff, 10.0);
+  EXPECT_EQ(options.damping_ratio, 0.1);
+  EXPECT_FALSE(options.natural_frequency.has_value());
+  EXPECT_TRUE(validate(options, 0.005));
+}
+
+TEST(Options, AreRefusedOutsideTheirLimitsWithNameValueAndLimit) {
+  const std::pair<std::function<void(Options&)>, const char*> cases[] = {
+      {[](Options& o) { o.window = 0.0; }, "window is 0, allowed is 0.05 to 3600 s"},
+      {[](Options& o) { o.cutoff = 100.0; }, "cutoff is 100, allowed is more than 0 and less than 100 Hz"},
+      {[](Options& o) { o.natural_frequency = -1.0; },
+       "natural frequency is -1, allowed is more than 0 and less than 100 Hz"},
+      {[](Options& o) { o.damping_ratio = 0.0; }, "damping ratio is 0, allowed is more than 0, at most 1"},
+      {[](Options& o) { o.rank_margin = 1.0; }, "rank margin is 1, allowed is between 0 and 1"},
+      {[](Options& o) { o.block = 0.0; }, "block is 0, allowed is 0.05 to 3600 s"},
+  };
+  for (const auto& [spoil, message] : cases) {
+    Options options;
+    spoil(options);
+    const auto result = validate(options, 0.005);
+    ASSERT_FALSE(result) << message;
+    EXPECT_EQ(result.error().message, message);
+  }
+}
+
+TEST(Options, KnowMethodsAndModelsByName) {
+  for (const Method method : kMethods) EXPECT_EQ(method_named(name_of(method)).value(), method);
+  for (const Model model : kModels) EXPECT_EQ(model_named(name_of(model)).value(), model);
+  EXPECT_EQ(method_named("kalman").error().message,
+            "method is 'kalman', allowed is one of lowpass, optimal, state_variable");
+}
+
+}  // namespace
+}  // namespace tonus::impedance
