@@ -1,0 +1,149 @@
+#include "analysis_service/identification/identification_core.hpp"
+
+#include <algorithm>
+#include <spdlog/fmt/fmt.h>
+#include <utility>
+
+namespace tonus::identification {
+
+IdentificationCore::IdentificationCore(const CoreSettings& settings)
+    : settings_(settings),
+      assembler_(settings.assembler),
+      judge_(settings.judge),
+      book_(settings.book),
+      live_(settings.live) {}
+
+void IdentificationCore::set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate) {
+  rigs_[rig] = {geometry, sample_rate};
+}
+
+void IdentificationCore::set_session(const Id& session) {
+  assembler_.set_session(session);
+  book_.keep_only(session);
+  live_.keep_only(session);
+}
+
+void IdentificationCore::add(const RowBlock& block) {
+  assembler_.add(block);
+  if (expected_ && block.trial == expected_->trial && block.trial != kNoId && !live_.follows(block.trial)) {
+    if (const Rig* rig = rig_of(*expected_)) {
+      settle_live();
+      live_.start(*expected_, rig->geometry, rig->sample_rate, block.epoch, block.first_sequence);
+      expected_.reset();
+    }
+  }
+  follow();
+}
+
+void IdentificationCore::follow() {
+  const auto next = live_.next();
+  if (!next) return;
+  const auto rows = assembler_.rows_from(next->rig, next->epoch, next->sequence);
+  if (rows.empty()) return;
+  live_.push(rows);
+  has_live_news_ = true;
+}
+
+IdentificationCore::Output IdentificationCore::advance(Clock::TimePoint now, bool is_rig_listening) {
+  Output output;
+  settle_held(now, output);
+  auto progress = assembler_.advance(now, is_rig_listening);
+  output.requests = std::move(progress.requests);
+  for (MeasuredTrial& trial : progress.finished) {
+    const bool needs_rig = trial.report.end == TrialEnd::kCompleted && rig_of(trial.report.plan) == nullptr;
+    if (needs_rig && held_.size() < settings_.trials_without_rig) {
+      held_.push_back({std::move(trial), now + settings_.rig_wait});
+    } else {
+      settle(std::move(trial), output);
+    }
+  }
+  if (!output.verdicts.empty()) return output;
+  settle_live();
+  output.remarks = std::exchange(remarks_, {});
+  if (const auto condition = next_condition()) output.estimates = book_.identify(*condition);
+  return output;
+}
+
+void IdentificationCore::settle_held(Clock::TimePoint now, Output& output) {
+  for (auto held = held_.begin(); held != held_.end();) {
+    if (rig_of(held->trial.report.plan) == nullptr && now < held->due) {
+      ++held;
+      continue;
+    }
+    settle(std::move(held->trial), output);
+    held = held_.erase(held);
+  }
+}
+
+void IdentificationCore::settle(MeasuredTrial trial, Output& output) {
+  const TrialReport report = trial.report;
+  const Rig* rig = rig_of(report.plan);
+  Verdict verdict = judge_.judge(trial, rig != nullptr ? &rig->geometry : nullptr);
+  bool is_kept = verdict.is_valid;
+  if (verdict.is_valid) {
+    const std::size_t onset =
+        report.plan.kind == TrialKind::kRecording ? 0 : report.onset - report.range.first;
+    auto converted = trial_from_rows(frame_of(report), rig->geometry, trial.rows, onset);
+    auto added = converted ? book_.add_valid(report, *converted) : Result<void>(converted.error());
+    if (!added && added.error().code == ErrorCode::kUnavailable) {
+      remarks_.push_back(added.error().message);  // a good trial that there is no room for
+      is_kept = false;
+    } else if (!added) {
+      verdict.is_valid = is_kept = false;
+      verdict.defects = {Defect::kGap};
+      verdict.detail = fmt::format("{}: {}", name_of(Defect::kGap), added.error().message);
+    }
+  }
+  if (!verdict.is_valid) book_.add_invalid(report);
+  if (rig != nullptr) settled_.push_back({std::move(trial), is_kept});
+  output.verdicts.push_back({report, std::move(verdict)});
+}
+
+void IdentificationCore::settle_live() {
+  for (const Settled& settled : std::exchange(settled_, {})) {
+    const Rig* rig = rig_of(settled.trial.report.plan);
+    if (auto done = live_.settle(settled.trial, settled.is_kept, rig->geometry); !done) {
+      remarks_.push_back(fmt::format("not in live estimates: {}", done.error().message));
+    }
+  }
+}
+
+std::optional<ConditionEstimate> IdentificationCore::live(Clock::TimePoint now) {
+  if (!has_live_news_ || now < live_due_) return std::nullopt;
+  has_live_news_ = false;
+  auto estimate = live_.estimate();
+  if (estimate) live_due_ = now + settings_.live_period;
+  return estimate;
+}
+
+Clock::TimePoint IdentificationCore::next_due(Clock::TimePoint now) const {
+  if (!settled_.empty() || !remarks_.empty() || next_condition()) return now;
+  Clock::TimePoint due = assembler_.next_due();
+  for (const Held& held : held_) due = std::min(due, held.due);
+  if (has_live_news_) due = std::min(due, std::max(now, live_due_));
+  return due;
+}
+
+std::size_t IdentificationCore::queue_depth() const {
+  return assembler_.waiting().size() + held_.size() + book_.changed().size();
+}
+
+const IdentificationCore::Rig* IdentificationCore::rig_of(const TrialPlan& plan) const {
+  const auto rig = rigs_.find(plan.rig);
+  return rig == rigs_.end() ? nullptr : &rig->second;
+}
+
+std::optional<Condition> IdentificationCore::next_condition() const {
+  const auto waiting = assembler_.waiting();
+  const auto is_same = [](const Condition& a, const Condition& b) { return !(a < b) && !(b < a); };
+  for (const Condition& condition : book_.changed()) {
+    const bool has_more = std::any_of(waiting.begin(), waiting.end(), [&](const TrialReport* report) {
+      return is_same(condition, condition_of(report->plan)) ||
+             is_same(condition, set_condition_of(report->plan));
+    });
+    if (!has_more) return condition;
+  }
+  return std::nullopt;
+}
+
+}  // namespace tonus::identification

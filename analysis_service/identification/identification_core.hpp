@@ -1,0 +1,103 @@
+#pragma once
+
+#include <chrono>
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis_service/identification/condition_book.hpp"
+#include "analysis_service/identification/live_estimator.hpp"
+#include "analysis_service/identification/trial_assembler.hpp"
+#include "analysis_service/identification/trial_judge.hpp"
+
+namespace tonus::identification {
+
+struct CoreSettings {
+  AssemblerLimits assembler;
+  JudgeLimits judge;
+  BookSettings book;
+  impedance::Options live;                    ///< Of the estimates while a perturbation is under way.
+  std::chrono::milliseconds live_period{50};  ///< Least time between two of them.
+  std::chrono::milliseconds rig_wait{5000};   ///< How long a trial waits for its rig's description.
+  std::size_t trials_without_rig = 64;        ///< How many do.
+};
+
+/// Everything that the service decides, without bus and clock: rows and reports in, verdicts, estimates and
+/// requests out. Not for use by several threads.
+///
+/// A trial's verdict comes out as soon as its rows are whole; what is made of the trial follows in later
+/// calls, one condition a call, so that no verdict waits for it. A condition is not identified while reports
+/// of its trials wait for rows: after a restart, its first estimate is made from all of them.
+class IdentificationCore {
+ public:
+  explicit IdentificationCore(const CoreSettings& settings);
+
+  void set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate);
+  /// The session that is run now; everything of others is freed.
+  void set_session(const Id& session);
+  /// A trial is about to be run: its rows will be followed as they come.
+  void expect(const TrialPlan& plan) { expected_ = plan; }
+  void add(const RowBlock& block);
+  void add(const TrialReport& report, Clock::TimePoint now) { assembler_.add(report, now); }
+
+  struct Judged {
+    TrialReport report;
+    Verdict verdict;
+  };
+  struct Output {
+    std::vector<Judged> verdicts;
+    std::vector<ConditionEstimate> estimates;
+    std::vector<ResendRequest> requests;
+    std::vector<std::string> remarks;  ///< For the log: what went wrong on the way, one line each.
+  };
+  [[nodiscard]] Output advance(Clock::TimePoint now, bool is_rig_listening);
+
+  /// The live estimate, where one is due and there is news.
+  [[nodiscard]] std::optional<ConditionEstimate> live(Clock::TimePoint now);
+
+  /// When advance() has something to do even if nothing comes.
+  [[nodiscard]] Clock::TimePoint next_due(Clock::TimePoint now) const;
+
+  /// Trials that wait for rows or for their rig's description, and conditions that wait to be identified.
+  [[nodiscard]] std::size_t queue_depth() const;
+  [[nodiscard]] const TrialAssembler& assembler() const { return assembler_; }
+
+ private:
+  struct Rig {
+    RigGeometry geometry;
+    double sample_rate = 0.0;
+  };
+  struct Held {
+    MeasuredTrial trial;
+    Clock::TimePoint due;
+  };
+  struct Settled {
+    MeasuredTrial trial;
+    bool is_kept = false;  // it counts, and there was room for it
+  };
+
+  void follow();
+  void settle(MeasuredTrial trial, Output& output);
+  void settle_held(Clock::TimePoint now, Output& output);
+  void settle_live();
+  [[nodiscard]] const Rig* rig_of(const TrialPlan& plan) const;
+  [[nodiscard]] std::optional<Condition> next_condition() const;
+
+  CoreSettings settings_;
+  TrialAssembler assembler_;
+  TrialJudge judge_;
+  ConditionBook book_;
+  LiveEstimator live_;
+  std::map<Id, Rig> rigs_;
+  std::deque<Held> held_;
+  std::vector<Settled> settled_;  // whose verdicts are out; not yet told to the live estimates
+  std::vector<std::string> remarks_;
+  std::optional<TrialPlan> expected_;
+  bool has_live_news_ = false;
+  Clock::TimePoint live_due_;
+};
+
+}  // namespace tonus::identification

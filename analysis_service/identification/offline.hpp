@@ -1,0 +1,38 @@
+#pragma once
+
+#include <span>
+#include <string>
+#include <vector>
+
+#include "analysis_service/impedance/options.hpp"
+#include "services/core/result.hpp"
+#include "services/recording/recording.hpp"
+
+#include <idl/estimate.h>
+
+namespace tonus::identification {
+
+/// A perturbation that was left out, and why.
+struct LeftOut {
+  std::int64_t trial = 0;
+  std::string reason;
+};
+
+/// One analysis of one condition of a dataset.
+struct OfflineEstimate {
+  std::string participant;
+  std::string session;  ///< Empty: none.
+  int run = 1;
+  std::vector<LeftOut> left_out;
+  v1::Estimate estimate;
+};
+
+/// Identifies recordings, each of which is one posture of one session, by every analysis: the same functions
+/// on the same rows in the same order as the streaming service, so that a replayed recording and this give
+/// the same numbers. Left out are perturbations flagged invalid in the dataset, with missing rows, or with a
+/// force channel at its end stop; and with the reason of the conversion, whatever it refuses. Errors:
+/// kInvalidArgument for a rig that cannot be converted with.
+[[nodiscard]] Result<std::vector<OfflineEstimate>> identify_recordings(
+    std::span<const recording::Recording> recordings, const std::vector<impedance::Options>& analyses);
+
+}  // namespace tonus::identification
