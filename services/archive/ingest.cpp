@@ -1,0 +1,356 @@
+#include "services/archive/ingest.hpp"
+
+#include <algorithm>
+#include <set>
+#include <utility>
+
+namespace tonus::archive {
+namespace {
+
+/// Gaps of a stream that are looked at in one step; the rest wait until these are closed.
+constexpr std::size_t kGapsAtOnce = 64;
+
+/// Trials under way whose counts are kept; more is nonsense from the wire.
+constexpr std::size_t kMostTallies = 1024;
+
+/// Certified trials that are remembered for late repetitions of their samples.
+constexpr std::size_t kClosedTrials = 64;
+
+/// Between two receipts of one rig's streams, which replace each other on the bus.
+constexpr Clock::Duration kReceiptSpacing = std::chrono::milliseconds(20);
+
+}  // namespace
+
+Ingest::Ingest(Store& store, const Clock& clock, const Options& options)
+    : store_(store), clock_(clock), options_(options) {}
+
+Result<void> Ingest::recover() {
+  const auto sessions = store_.sessions();
+  if (!sessions) return sessions.error();
+  if (!sessions->empty()) session_ = sessions->back();
+
+  auto streams = store_.streams();
+  if (!streams) return streams.error();
+  for (StreamRecord& record : *streams) {
+    Stream& stream = stream_of(record.key);
+    stream.origin = record.origin;
+    stream.frontier = std::max(record.origin, record.coverage.end());
+    stream.received = record.coverage;
+    stream.durable = std::move(record.coverage);
+    stream.resent = record.resent;
+    stream.duplicated = record.duplicated;
+    stream.owes_receipt = true;
+  }
+  const auto tallies = store_.tallies();
+  if (!tallies) return tallies.error();
+  for (const TrialTally& tally : *tallies) tallies_[tally.trial].counts = tally;
+
+  const auto uncertified = store_.uncertified_trials();
+  if (!uncertified) return uncertified.error();
+  for (const TrialRecord& trial : *uncertified) {
+    pending_[trial.trial] = {trial, true, false, 0, clock_.now()};
+    Stream& stream = stream_of(trial.stream);
+    stream.frontier = std::max(stream.frontier, trial.range().end);
+  }
+  const auto trials = store_.trials(session_.session);
+  if (!trials) return trials.error();
+  for (const TrialRecord& trial : *trials) {
+    if (trial.is_certified) owed_.push_back(receipt_of(trial));
+  }
+  const auto newest = store_.newest_messages();
+  if (!newest) return newest.error();
+  for (const MessageDigest& digest : *newest)
+    newest_[{digest.topic, digest.key}] = {digest.checksum, digest.bytes};
+  return {};
+}
+
+Ingest::Stream& Ingest::stream_of(const StreamKey& key) {
+  const auto [place, is_new] = streams_.try_emplace(key);
+  if (is_new) place->second.gaps = GapWatch(options_.gaps);
+  return place->second;
+}
+
+void Ingest::hear_of(const StreamKey& key) {
+  const bool is_new_epoch = !streams_.contains(key);
+  const Clock::TimePoint now = clock_.now();
+  const bool was_there = is_there(key.rig, now);
+  heard_rigs_[key.rig] = now;
+  if (was_there && !is_new_epoch) return;
+  // Whoever can answer has come back.
+  for (auto& [other, stream] : streams_) {
+    if (other.rig == key.rig) stream.gaps.start_anew();
+  }
+}
+
+bool Ingest::is_there(const Id& rig, Clock::TimePoint now) const {
+  const auto heard = heard_rigs_.find(rig);
+  return heard != heard_rigs_.end() && now - heard->second < options_.rig_silence;
+}
+
+void Ingest::hold(std::size_t bytes) {
+  if (batch_.is_empty()) waiting_since_ = clock_.now();
+  waiting_bytes_ += bytes;
+}
+
+void Ingest::take(Block block) {
+  hear_of(block.stream);
+  Stream& stream = stream_of(block.stream);
+  stream.frontier = std::max(stream.frontier, block.range().end);
+  if (waiting_bytes_ + block.payload->size() > options_.backlog_bytes) {
+    ++refused_blocks_;
+    return;
+  }
+  const std::uint64_t fresh = stream.received.add(block.range());
+  stream.resent += block.is_resent ? fresh : 0;
+  stream.duplicated += block.count - fresh;
+  stream.is_changed = true;
+  count_for_trial(block, fresh);
+  if (fresh == 0) {
+    // A rig that sends again what is here has not got its receipt.
+    const bool is_long_ago = clock_.now() >= stream.receipt_given + options_.receipt_interval;
+    stream.owes_receipt |= block.is_resent && is_long_ago;
+    return;
+  }
+  hold(block.payload->size());
+  batch_.blocks.push_back(std::move(block));
+}
+
+void Ingest::count_for_trial(const Block& block, std::uint64_t fresh) {
+  const bool is_plain = !block.is_resent && fresh == block.count;
+  if (block.trial == kNoId || is_plain) return;
+  if (std::find(closed_.begin(), closed_.end(), block.trial) != closed_.end()) return;
+  if (!tallies_.contains(block.trial) && tallies_.size() >= kMostTallies) return;
+  Tally& tally = tallies_[block.trial];
+  tally.counts.trial = block.trial;
+  tally.counts.resent += block.is_resent ? fresh : 0;
+  tally.counts.duplicated += block.count - fresh;
+  tally.is_changed = true;
+}
+
+void Ingest::take(Message message, bool is_state) {
+  const std::pair<std::uint32_t, std::uint64_t> digest{message.checksum, message.payload->size()};
+  if (is_state) {
+    auto& newest = newest_[{message.topic, message.key}];
+    if (newest == digest) return;
+    newest = digest;
+  }
+  // Blocks can be had again and messages cannot: these may wait in twice the room.
+  if (waiting_bytes_ + message.payload->size() > 2 * options_.backlog_bytes) {
+    ++lost_messages_;
+    return;
+  }
+  message.session = session_.session;
+  hold(message.payload->size());
+  batch_.messages.push_back(std::move(message));
+}
+
+void Ingest::note_plan(const SessionRecord& plan) {
+  if (plan.started_at >= session_.started_at) session_ = plan;
+  hold(0);
+  std::erase_if(batch_.sessions,
+                [&plan](const SessionRecord& waiting) { return waiting.session == plan.session; });
+  batch_.sessions.push_back(plan);
+}
+
+void Ingest::note_rig(const RigReport& report) {
+  hear_of(report.stream);
+  Stream& stream = stream_of(report.stream);
+  stream.frontier = std::max(stream.frontier, report.next_sequence);
+  // The rig may have freed what a receipt covers. Where it was not ours, another archive has those samples.
+  const std::uint64_t own = stream.received.first_missing(stream.origin);
+  if (report.received_through > own) {
+    stream.origin = report.received_through;
+    stream.is_changed = true;
+    return;
+  }
+  const std::uint64_t durable = stream.durable.first_missing(stream.origin);
+  const bool misses_receipt = report.received_through < durable;
+  if (misses_receipt && clock_.now() >= stream.receipt_given + options_.receipt_interval)
+    stream.owes_receipt = true;
+}
+
+void Ingest::note_outcome(const TrialRecord& outcome) {
+  if (pending_.contains(outcome.trial)) return;
+  if (const auto known = store_.find_trial(outcome.trial);
+      known && known->has_value() && (*known)->is_certified) {
+    owed_.push_back(receipt_of(**known));
+    return;
+  }
+  pending_[outcome.trial] = {outcome, false, false, 0, clock_.now()};
+  if (!outcome.has_samples) return;
+  Stream& stream = stream_of(outcome.stream);
+  stream.frontier = std::max(stream.frontier, outcome.range().end);
+}
+
+bool Ingest::is_whole(const TrialRecord& trial) const {
+  if (!trial.has_samples) return true;
+  const auto stream = streams_.find(trial.stream);
+  return stream != streams_.end() && stream->second.received.covers(trial.range());
+}
+
+bool Ingest::has_whole_trial() const {
+  return std::any_of(pending_.begin(), pending_.end(),
+                     [this](const auto& trial) { return is_whole(trial.second.record); });
+}
+
+Clock::TimePoint Ingest::commit_due() const {
+  const bool has_unstored =
+      std::any_of(pending_.begin(), pending_.end(), [](const auto& t) { return !t.second.is_stored; });
+  const bool is_waiting = !batch_.is_empty() || has_unstored;
+  if (has_whole_trial() || waiting_bytes_ >= options_.commit_bytes) return retry_at_;
+  if (!is_waiting) return Clock::TimePoint::max();
+  return std::max(waiting_since_ + options_.commit_interval, retry_at_);
+}
+
+Decisions Ingest::step() {
+  const Clock::TimePoint now = clock_.now();
+  Decisions decisions;
+  decisions.trial_receipts = std::exchange(owed_, {});
+  if (commit_due() <= now) commit(now, decisions);
+  give_up_trials(now, decisions);
+  give_stream_receipts(now, decisions);
+  ask_for_missing(now, decisions);
+  decisions.due = std::min(decisions.due, commit_due());
+  return decisions;
+}
+
+void Ingest::certify(TrialRecord& trial) const {
+  const auto stream = streams_.find(trial.stream);
+  const auto tally = tallies_.find(trial.trial);
+  Certificate& certificate = trial.certificate;
+  certificate = {};
+  certificate.expected = trial.range().count();
+  certificate.received = stream == streams_.end() ? 0 : stream->second.received.count_in(trial.range());
+  certificate.missing = certificate.expected - certificate.received;
+  if (tally != tallies_.end()) {
+    certificate.resent = tally->second.counts.resent;
+    certificate.duplicated = tally->second.counts.duplicated;
+  }
+  trial.is_certified = certificate.missing == 0;
+  trial.certified_ns = trial.is_certified ? clock_.utc_ns() : 0;
+}
+
+void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
+  // What follows from the items that wait is made anew for each try.
+  batch_.streams.clear();
+  batch_.tallies.clear();
+  batch_.trials.clear();
+  for (const auto& [key, stream] : streams_) {
+    if (stream.is_changed)
+      batch_.streams.push_back({key, stream.origin, stream.received, stream.resent, stream.duplicated});
+  }
+  for (const auto& [id, tally] : tallies_) {
+    if (tally.is_changed) batch_.tallies.push_back(tally.counts);
+  }
+  for (const auto& [id, pending] : pending_) {
+    TrialRecord trial = pending.record;
+    certify(trial);
+    if (trial.is_certified || !pending.is_stored) batch_.trials.push_back(trial);
+  }
+  if (auto committed = store_.commit(batch_); !committed) {
+    failure_ = committed.error().message;
+    retry_at_ = now + options_.retry_interval;
+    return;
+  }
+  failure_.clear();
+  retry_at_ = now;
+  for (auto& [key, stream] : streams_) {
+    if (!std::exchange(stream.is_changed, false)) continue;
+    const std::uint64_t before = stream.durable.first_missing(stream.origin);
+    stream.durable = stream.received;
+    stream.owes_receipt |= stream.durable.first_missing(stream.origin) > before;
+  }
+  for (auto& [id, tally] : tallies_) tally.is_changed = false;
+  for (const TrialRecord& trial : batch_.trials) {
+    pending_[trial.trial].is_stored = true;
+    if (!trial.is_certified) continue;
+    decisions.trial_receipts.push_back(receipt_of(trial));
+    pending_.erase(trial.trial);
+    tallies_.erase(trial.trial);
+    closed_.push_back(trial.trial);
+    if (closed_.size() > kClosedTrials) closed_.pop_front();
+  }
+  batch_ = {};
+  waiting_bytes_ = 0;
+}
+
+void Ingest::give_up_trials(Clock::TimePoint now, Decisions& decisions) {
+  for (auto& [id, pending] : pending_) {
+    const auto stream = streams_.find(pending.record.stream);
+    const std::uint64_t received =
+        stream == streams_.end() ? 0 : stream->second.received.count_in(pending.record.range());
+    const bool is_new = received != std::exchange(pending.received, received);
+    if (is_new || !failure_.empty() || !is_there(pending.record.stream.rig, now))
+      pending.unchanged_since = now;
+    if (pending.is_given_up || !pending.is_stored) continue;
+    const Clock::TimePoint give_up_at = pending.unchanged_since + options_.give_up;
+    if (now < give_up_at) {
+      decisions.due = std::min(decisions.due, give_up_at);
+      continue;
+    }
+    pending.is_given_up = true;
+    TrialRecord trial = pending.record;
+    certify(trial);
+    decisions.trial_receipts.push_back(receipt_of(trial));
+  }
+}
+
+void Ingest::give_stream_receipts(Clock::TimePoint now, Decisions& decisions) {
+  std::set<Id> served;
+  for (auto& [key, stream] : streams_) {
+    if (!stream.owes_receipt) continue;
+    if (!served.insert(key.rig).second) {
+      decisions.due = std::min(decisions.due, now + kReceiptSpacing);
+      continue;
+    }
+    stream.owes_receipt = false;
+    stream.receipt_given = now;
+    const SequenceRange known{stream.origin, std::max(stream.origin, stream.frontier)};
+    const std::uint64_t received = stream.durable.count_in(known);
+    decisions.stream_receipts.push_back(
+        {key,
+         session_.session,
+         stream.durable.first_missing(stream.origin),
+         {known.count(), received, stream.resent, stream.duplicated, known.count() - received}});
+  }
+}
+
+void Ingest::ask_for_missing(Clock::TimePoint now, Decisions& decisions) {
+  // No use in asking for more than the store takes.
+  if (!failure_.empty()) return;
+  for (auto& [key, stream] : streams_) {
+    if (!heard_rigs_.contains(key.rig)) continue;
+    const auto missing = stream.received.missing({stream.origin, stream.frontier}, kGapsAtOnce);
+    for (const SequenceRange& range : stream.gaps.ask(missing, now))
+      decisions.resends.push_back({key, range});
+    decisions.due = std::min(decisions.due, stream.gaps.due());
+  }
+}
+
+TrialReceipt Ingest::receipt_of(const TrialRecord& trial) {
+  return {trial.trial, trial.session, trial.stream, trial.range().end, trial.certificate};
+}
+
+Result<void> Ingest::finish() {
+  Decisions unsent;
+  if (commit_due() != Clock::TimePoint::max()) commit(clock_.now(), unsent);
+  if (failure_.empty()) return {};
+  return fail(ErrorCode::kIo, failure_);
+}
+
+IngestStatus Ingest::status() const {
+  IngestStatus status;
+  status.failure = failure_;
+  status.waiting_items = batch_.blocks.size() + batch_.messages.size();
+  status.waiting_bytes = waiting_bytes_;
+  status.refused_blocks = refused_blocks_;
+  status.lost_messages = lost_messages_;
+  for (const auto& [key, stream] : streams_) {
+    if (stream.frontier <= stream.origin) continue;
+    const SequenceRange known{stream.origin, stream.frontier};
+    status.missing_samples += known.count() - stream.received.count_in(known);
+  }
+  return status;
+}
+
+}  // namespace tonus::archive

@@ -1,0 +1,61 @@
+#include "services/archive/store_lock.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+#include <utility>
+
+namespace tonus::archive {
+namespace {
+
+/// True where the open file is still the one of that name: its last owner may have removed it before we had
+/// the lock.
+bool is_still_there(const std::string& path, int descriptor) {
+  struct stat named {};
+  struct stat opened {};
+  return ::stat(path.c_str(), &named) == 0 && ::fstat(descriptor, &opened) == 0 &&
+         named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
+}
+
+}  // namespace
+
+Result<StoreLock> StoreLock::take(const std::string& store_path) {
+  const std::string path = store_path + "-lock";
+  while (true) {
+    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
+    if (descriptor < 0) {
+      return fail(ErrorCode::kIo, fmt::format("store '{}': cannot be opened for writing: {}", store_path,
+                                              std::strerror(errno)));
+    }
+    StoreLock lock(path, descriptor);
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
+      lock.path_.clear();  // not ours to remove
+      return fail(
+          ErrorCode::kUnavailable,
+          fmt::format("store '{}': is in use: another archive writes it, and one may at a time", store_path));
+    }
+    if (is_still_there(path, descriptor)) return lock;
+    lock.path_.clear();
+  }
+}
+
+StoreLock::StoreLock(StoreLock&& other) noexcept
+    : path_(std::exchange(other.path_, {})), descriptor_(std::exchange(other.descriptor_, -1)) {}
+
+StoreLock& StoreLock::operator=(StoreLock&& other) noexcept {
+  std::swap(path_, other.path_);
+  std::swap(descriptor_, other.descriptor_);
+  return *this;
+}
+
+StoreLock::~StoreLock() {
+  if (descriptor_ < 0) return;
+  if (!path_.empty()) ::unlink(path_.c_str());
+  ::close(descriptor_);
+}
+
+}  // namespace tonus::archive

@@ -1,0 +1,167 @@
+#include "services/archive/wire.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "idl/topics.hpp"
+#include "services/bus/typed.hpp"
+#include "services/core/crc32c.hpp"
+
+namespace tonus::archive {
+namespace {
+
+/// Larger numbers are nonsense, and leave room to add to them; 2^62.
+constexpr std::uint64_t kLargestSequence = std::uint64_t{1} << 62U;
+
+template <typename Count>
+void put_counts(const Certificate& counts, Count& wire) {
+  wire.expected_samples(counts.expected);
+  wire.received_samples(counts.received);
+  wire.resent_samples(counts.resent);
+  wire.duplicated_samples(counts.duplicated);
+  wire.missing_samples(counts.missing);
+}
+
+Result<void> feed_samples(Ingest& ingest, const bus::Sample& sample, std::uint64_t received_utc_ns) {
+  const auto wire = bus::decode<v1::SampleBlock>(*sample.payload);
+  if (!wire) return wire.error();
+  auto block = to_block(*wire);
+  if (!block) return block.error();
+  block->received_ns = received_utc_ns;
+  block->checksum = crc32c(*sample.payload);
+  block->payload = sample.payload;
+  ingest.take(std::move(*block));
+  return {};
+}
+
+/// Reads what matters here in a message of any other topic.
+Result<void> note(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample) {
+  if (topic.name == topics::kTrialOutcome.spec.name) {
+    const auto wire = bus::decode<v1::TrialOutcome>(*sample.payload);
+    if (!wire) return wire.error();
+    const auto record = to_record(*wire);
+    if (!record) return record.error();
+    ingest.note_outcome(*record);
+  } else if (topic.name == topics::kRigState.spec.name) {
+    const auto wire = bus::decode<v1::RigState>(*sample.payload);
+    if (!wire) return wire.error();
+    if (wire->next_sequence() > kLargestSequence || wire->received_through() > wire->next_sequence()) {
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("rig/state: received_through {} and next_sequence {} are not allowed",
+                              wire->received_through(), wire->next_sequence()));
+    }
+    ingest.note_rig(to_report(*wire));
+  } else if (topic.name == topics::kSessionPlan.spec.name) {
+    const auto wire = bus::decode<v1::SessionPlan>(*sample.payload);
+    if (!wire) return wire.error();
+    ingest.note_plan(to_record(*wire));
+  }
+  return {};
+}
+
+}  // namespace
+
+bool is_kept(const bus::TopicSpec& topic) {
+  return topic.qos.reliable && topic.name != topics::kArchiveReceipt.spec.name;
+}
+
+Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample,
+                  std::uint64_t received_utc_ns) {
+  if (topic.name == topics::kRigSamples.spec.name) return feed_samples(ingest, sample, received_utc_ns);
+  auto noted = note(ingest, topic, sample);
+  const bool is_state = topic.qos.durability == bus::Durability::kTransientLocal;
+  ingest.take(
+      Message{
+          std::string(topic.name), sample.key, {}, received_utc_ns, crc32c(*sample.payload), sample.payload},
+      is_state);
+  return noted;
+}
+
+Result<Block> to_block(const v1::SampleBlock& wire) {
+  if (wire.samples().empty())
+    return fail(ErrorCode::kInvalidArgument, "rig/samples: a block of 0 samples is not allowed");
+  if (wire.first_sequence() > kLargestSequence || wire.epoch() > kLargestSequence) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("rig/samples: first_sequence {} and epoch {} are not allowed: at most {} each",
+                            wire.first_sequence(), wire.epoch(), kLargestSequence));
+  }
+  Block block;
+  block.stream = {wire.rig_id(), wire.epoch()};
+  block.first_sequence = wire.first_sequence();
+  block.count = static_cast<std::uint32_t>(wire.samples().size());
+  block.session = wire.session_id();
+  block.trial = wire.trial_id();
+  block.is_resent = wire.is_resent();
+  return block;
+}
+
+Result<TrialRecord> to_record(const v1::TrialOutcome& wire) {
+  TrialRecord record;
+  record.has_samples = wire.end() != v1::TRIAL_REFUSED;
+  if (record.has_samples && (wire.last_sequence() < wire.first_sequence() ||
+                             wire.last_sequence() > kLargestSequence || wire.epoch() > kLargestSequence)) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "trial/outcome of attempt {}: samples {} to {} are not allowed: the last is before the first or "
+            "over {}",
+            wire.program().attempt(), wire.first_sequence(), wire.last_sequence(), kLargestSequence));
+  }
+  record.trial = wire.trial_id();
+  record.session = wire.program().session_id();
+  record.stream = {wire.program().rig_id(), wire.epoch()};
+  record.attempt = wire.program().attempt();
+  record.planned_index = wire.program().planned_index();
+  record.posture = wire.program().posture();
+  record.set = wire.program().set_number();
+  record.end = wire.end();
+  record.first_sequence = wire.first_sequence();
+  record.onset_sequence = wire.onset_sequence();
+  record.last_sequence = wire.last_sequence();
+  record.sample_rate = wire.sample_rate_Hz();
+  return record;
+}
+
+SessionRecord to_record(const v1::SessionPlan& wire) {
+  return {wire.session_id(), wire.rig_id(),         wire.subject(),    wire.protocol_name(),
+          wire.seed(),       wire.planned_trials(), wire.started_at(), wire.software_version()};
+}
+
+RigReport to_report(const v1::RigState& wire) {
+  return {{wire.rig_id(), wire.epoch()}, wire.next_sequence(), wire.received_through()};
+}
+
+v1::ArchiveReceipt to_wire(const StreamReceipt& receipt) {
+  v1::ArchiveReceipt wire;
+  wire.subject_id(receipt.stream.rig);
+  wire.kind(v1::RECEIPT_STREAM);
+  wire.rig_id(receipt.stream.rig);
+  wire.session_id(receipt.session);
+  wire.epoch(receipt.stream.epoch);
+  wire.through_sequence(receipt.through);
+  put_counts(receipt.counts, wire);
+  return wire;
+}
+
+v1::ArchiveReceipt to_wire(const TrialReceipt& receipt) {
+  v1::ArchiveReceipt wire;
+  wire.subject_id(receipt.trial);
+  wire.kind(v1::RECEIPT_TRIAL);
+  wire.rig_id(receipt.stream.rig);
+  wire.session_id(receipt.session);
+  wire.epoch(receipt.stream.epoch);
+  wire.through_sequence(receipt.through);
+  put_counts(receipt.certificate, wire);
+  return wire;
+}
+
+v1::ArchiveResend to_wire(const ResendRequest& request) {
+  v1::ArchiveResend wire;
+  wire.rig_id(request.stream.rig);
+  wire.epoch(request.stream.epoch);
+  wire.first_sequence(request.range.first);
+  wire.last_sequence(request.range.end - 1);
+  wire.requested_by("archive");
+  return wire;
+}
+
+}  // namespace tonus::archive
