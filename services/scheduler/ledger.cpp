@@ -1,0 +1,165 @@
+#include "services/scheduler/ledger.hpp"
+
+#include <algorithm>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::scheduler {
+namespace {
+
+Error misfit(const std::string& what) { return fail(ErrorCode::kDataLoss, "journal: " + what); }
+
+/// The attempt that a record settles, if it settles one.
+std::optional<std::uint32_t> settled_attempt(const Record& record) {
+  if (const auto* r = std::get_if<record::Counted>(&record)) return r->attempt;
+  if (const auto* r = std::get_if<record::Rejected>(&record)) return r->attempt;
+  if (const auto* r = std::get_if<record::Refused>(&record)) return r->attempt;
+  return std::nullopt;
+}
+
+}  // namespace
+
+Result<void> Ledger::apply(const Record& record) {
+  if (const auto* started = std::get_if<record::Started>(&record)) return start(*started);
+  if (auto good = check(record); !good) return good;
+  std::visit([this](const auto& r) { take(r); }, record);
+  return {};
+}
+
+Result<void> Ledger::start(const record::Started& started) {
+  if (has_session_) return misfit("a session begins twice");
+  auto protocol = parse_protocol(started.protocol_toml, "protocol");
+  if (!protocol) return misfit(protocol.error().message);
+  state_ = LedgerState{};
+  state_.started = started;
+  state_.protocol = std::move(*protocol);
+  state_.plan = build_plan(state_.protocol, started.seed);
+  for (const Block& block : state_.plan.blocks)
+    state_.remaining.emplace_back(block.order.begin(), block.order.end());
+  for (const PlannedTrial& trial : state_.plan.trials) state_.expected_remaining += trial.duration;
+  state_.runs.assign(state_.plan.trials.size(), 0);
+  state_.rejections.assign(state_.plan.blocks.size(), 0);
+  has_session_ = true;
+  find_block();
+  return {};
+}
+
+Result<void> Ledger::check(const Record& record) const {
+  if (!has_session_) return misfit("a record before the session's start");
+  if (const auto* r = std::get_if<record::Commanded>(&record)) {
+    if (state_.in_flight)
+      return misfit(fmt::format("attempt {} while another one runs", r->program.attempt()));
+    if (r->program.attempt() != state_.attempts + 1) {
+      return misfit(fmt::format("attempt {} after attempt {}", r->program.attempt(), state_.attempts));
+    }
+    const auto index = r->program.planned_index();
+    if (index >= state_.plan.trials.size()) return misfit(fmt::format("no planned trial {}", index));
+    const auto& left = state_.remaining[state_.plan.trials[index].block];
+    if (std::find(left.begin(), left.end(), index) == left.end()) {
+      return misfit(fmt::format("planned trial {} is done already", index));
+    }
+  }
+  if (const auto attempt = settled_attempt(record)) {
+    if (!state_.in_flight || state_.in_flight->attempt() != *attempt) {
+      return misfit(fmt::format("attempt {} ends, but does not run", *attempt));
+    }
+  }
+  if (const auto* r = std::get_if<record::Rejected>(&record)) {
+    const auto& left = state_.remaining[state_.plan.trials[state_.in_flight->planned_index()].block];
+    if (r->place != record::Rejected::kSetAside &&
+        (r->place < 0 || r->place > static_cast<int>(left.size()))) {
+      return misfit(fmt::format("place {} for a repeat, allowed are 0 to {}", r->place, left.size()));
+    }
+  }
+  if (const auto* r = std::get_if<record::LimitRaised>(&record);
+      r != nullptr && r->block >= state_.rejections.size()) {
+    return misfit(fmt::format("no set {}", r->block));
+  }
+  return {};
+}
+
+void Ledger::find_block() {
+  state_.block = 0;
+  while (state_.block < state_.remaining.size() && state_.remaining[state_.block].empty()) ++state_.block;
+}
+
+void Ledger::take(const record::Bound& bound) {
+  state_.bound = bound;
+  bind_rig(state_.plan, state_.protocol, bound.rig_id, {bound.home[0], bound.home[1]});
+}
+
+void Ledger::take(const record::Commanded& commanded) {
+  const std::uint32_t index = commanded.program.planned_index();
+  state_.in_flight = commanded.program;
+  state_.attempts = commanded.program.attempt();
+  ++state_.runs[index];
+  auto& left = state_.remaining[state_.plan.trials[index].block];
+  left.erase(std::find(left.begin(), left.end(), index));
+  find_block();
+}
+
+void Ledger::settle(double duration, bool is_done) {
+  const double expected = state_.plan.trials[state_.in_flight->planned_index()].duration;
+  state_.experiment += duration;
+  state_.expected_settled += expected;
+  if (is_done) state_.expected_remaining -= expected;
+  state_.in_flight.reset();
+  find_block();
+}
+
+void Ledger::take(const record::Counted& counted) {
+  const Block& block = state_.plan.blocks[state_.plan.trials[state_.in_flight->planned_index()].block];
+  if (block.set_number == 1) state_.set_one[block.posture_index].insert(counted.attempt);
+  ++state_.counted;
+  settle(counted.duration, true);
+}
+
+void Ledger::take(const record::Rejected& rejected) {
+  const std::uint32_t index = state_.in_flight->planned_index();
+  const std::uint32_t block = state_.plan.trials[index].block;
+  const bool is_set_aside = rejected.place == record::Rejected::kSetAside;
+  if (!is_set_aside) {
+    auto& left = state_.remaining[block];
+    left.insert(left.begin() + rejected.place, index);
+  }
+  if (rejected.owes_receipt) state_.owed_receipts.insert(rejected.attempt);
+  ++state_.rejected;
+  ++(is_set_aside ? state_.set_aside : state_.rejections[block]);
+  settle(rejected.duration, is_set_aside);
+}
+
+void Ledger::take(const record::Refused&) {
+  const std::uint32_t index = state_.in_flight->planned_index();
+  state_.remaining[state_.plan.trials[index].block].push_front(index);
+  state_.in_flight.reset();
+  find_block();
+}
+
+void Ledger::take(const record::Receipted& receipted) { state_.owed_receipts.erase(receipted.attempt); }
+
+void Ledger::take(const record::AxesFixed& fixed) {
+  state_.axes[fixed.posture_index] = {{fixed.major[0], fixed.major[1]}, {fixed.minor[0], fixed.minor[1]}};
+}
+
+void Ledger::take(const record::PostureConfirmed& confirmed) {
+  state_.confirmed_postures.insert(confirmed.posture_index);
+}
+
+void Ledger::take(const record::LimitRaised& raised) { state_.rejections[raised.block] = 0; }
+
+void Ledger::take(const record::Requested& requested) {
+  if (requested.request == v1::SESSION_PAUSE) state_.is_pause_wanted = true;
+  if (requested.request == v1::SESSION_RESUME) state_.is_pause_wanted = false;
+  if (requested.request == v1::SESSION_ABORT) state_.is_abort_wanted = true;
+  if (requested.request_id != kNoId) state_.pending.push_back(requested);
+}
+
+void Ledger::take(const record::Answered& answered) {
+  std::erase_if(state_.pending,
+                [&](const auto& request) { return request.request_id == answered.request_id; });
+  state_.answers.push_back(answered);
+  if (state_.answers.size() > LedgerState::kAnswersKept) state_.answers.pop_front();
+}
+
+void Ledger::take(const record::Ended& ended) { state_.ended = ended; }
+
+}  // namespace tonus::scheduler

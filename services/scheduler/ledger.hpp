@@ -1,0 +1,86 @@
+#pragma once
+
+#include <cstdint>
+#include <deque>
+#include <map>
+#include <optional>
+#include <set>
+#include <string>
+#include <vector>
+
+#include "services/core/result.hpp"
+#include "services/scheduler/plan.hpp"
+#include "services/scheduler/protocol.hpp"
+#include "services/scheduler/records.hpp"
+
+namespace tonus::scheduler {
+
+/// Everything of a session that outlives the scheduler's process. Only Ledger writes it.
+struct LedgerState {
+  record::Started started;
+  Protocol protocol;
+  Plan plan;
+  std::optional<record::Bound> bound;
+
+  std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
+  std::size_t block = 0;                      ///< First with trials remaining; plan.blocks.size(): none.
+  std::optional<v1::TrialProgram> in_flight;  ///< Commanded, not yet settled.
+  std::vector<std::uint32_t> runs;            ///< By planned_index: commands so far.
+  std::vector<std::uint32_t> rejections;      ///< By block, since the operator last went on.
+  std::set<std::uint32_t> owed_receipts;      ///< Attempts that were rejected before their receipt came.
+  std::map<std::uint32_t, std::set<std::uint32_t>> set_one;  ///< By posture: attempts of set one that count.
+  std::map<std::uint32_t, BiasAxes> axes;                    ///< By posture.
+  std::set<std::uint32_t> confirmed_postures;
+
+  std::uint32_t attempts = 0;
+  std::uint32_t counted = 0;
+  std::uint32_t rejected = 0;
+  std::uint32_t set_aside = 0;
+  double experiment = 0.0;          ///< s, of settled trials.
+  double expected_settled = 0.0;    ///< s, what those were expected to take.
+  double expected_remaining = 0.0;  ///< s, of planned trials not yet counted or set aside.
+
+  bool is_pause_wanted = false;
+  bool is_abort_wanted = false;
+  std::vector<record::Requested> pending;  ///< Requests not yet answered.
+  std::deque<record::Answered> answers;    ///< The last kAnswersKept.
+  std::optional<record::Ended> ended;
+
+  static constexpr std::size_t kAnswersKept = 64;
+};
+
+/// A session as the sum of its records: apply() is the only way to change it, live and when a journal is
+/// replayed.
+class Ledger {
+ public:
+  /// kDataLoss where a record does not fit what came before it; the ledger is then unchanged.
+  [[nodiscard]] Result<void> apply(const Record& record);
+
+  [[nodiscard]] bool has_session() const { return has_session_; }
+  [[nodiscard]] const LedgerState& state() const { return state_; }
+
+ private:
+  [[nodiscard]] Result<void> start(const record::Started& started);
+  [[nodiscard]] Result<void> check(const Record& record) const;
+  void take(const record::Started&) {}
+  void take(const record::Bound& bound);
+  void take(const record::Commanded& commanded);
+  void take(const record::Counted& counted);
+  void take(const record::Rejected& rejected);
+  void take(const record::Refused& refused);
+  void take(const record::Receipted& receipted);
+  void take(const record::AxesFixed& fixed);
+  void take(const record::PostureConfirmed& confirmed);
+  void take(const record::LimitRaised& raised);
+  void take(const record::Requested& requested);
+  void take(const record::Answered& answered);
+  void take(const record::Ended& ended);
+  /// The trial in flight has come to its end.
+  void settle(double duration, bool is_done);
+  void find_block();
+
+  LedgerState state_;
+  bool has_session_ = false;
+};
+
+}  // namespace tonus::scheduler

@@ -1,0 +1,117 @@
+#pragma once
+
+#include <array>
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+#include <vector>
+
+#include "services/core/id.hpp"
+#include "services/core/result.hpp"
+
+#include <idl/session.h>
+#include <idl/trial.h>
+
+/// What a session's journal holds: each record is a decision, complete in itself, so that applying the
+/// records in order to an empty Ledger gives the session back without deciding anything anew.
+namespace tonus::scheduler::record {
+
+struct Started {
+  Id session_id = kNoId;
+  Id request_id = kNoId;
+  std::string protocol_toml;
+  std::string subject;
+  std::uint64_t seed = 0;
+  std::string started_at;  ///< ISO 8601, UTC.
+  std::string software_version;
+};
+
+/// The rig that runs the session, and its handle's home in R, m.
+struct Bound {
+  Id rig_id = kNoId;
+  std::array<double, 2> home{};
+};
+
+/// Written before the command is sent.
+struct Commanded {
+  v1::TrialProgram program;
+};
+
+/// Valid and archived. `duration` is experiment time, s.
+struct Counted {
+  std::uint32_t attempt = 0;
+  double duration = 0.0;
+};
+
+/// `place` among the remaining trials of its block, or kSetAside.
+struct Rejected {
+  static constexpr std::int32_t kSetAside = -1;  ///< Not repeated: a recording would give the same again.
+  std::uint32_t attempt = 0;
+  std::int32_t place = 0;
+  bool owes_receipt = false;  ///< The archive has yet to say that its samples are safe.
+  double duration = 0.0;
+  std::string reason;
+};
+
+/// Never begun by the rig: the next one again, and no rejection.
+struct Refused {
+  std::uint32_t attempt = 0;
+  std::string reason;
+};
+
+/// The archive's receipt for a rejected trial.
+struct Receipted {
+  std::uint32_t attempt = 0;
+};
+
+/// Axes of the bias forces at a posture, unit vectors in S, from the stiffness of set one.
+struct AxesFixed {
+  std::uint32_t posture_index = 0;
+  std::array<double, 2> major{};
+  std::array<double, 2> minor{};
+  std::array<double, 4> stiffness{};  ///< N/m, row by row.
+};
+
+struct PostureConfirmed {
+  std::uint32_t posture_index = 0;
+};
+
+/// The operator goes on although a block has reached its limit of rejections.
+struct LimitRaised {
+  std::uint32_t block = 0;
+};
+
+/// A pause (also one that the scheduler takes by itself; no request id then), a resume or an abort takes
+/// effect.
+struct Requested {
+  Id request_id = kNoId;
+  v1::SessionRequest request = v1::SESSION_PAUSE;
+};
+
+struct Answered {
+  Id request_id = kNoId;
+  bool is_done = false;
+  std::string message;
+};
+
+struct Ended {
+  v1::SessionPhase phase = v1::SESSION_COMPLETED;
+  std::string message;
+};
+
+}  // namespace tonus::scheduler::record
+
+namespace tonus::scheduler {
+
+/// The order of the alternatives is the file's type number: append only.
+using Record =
+    std::variant<record::Started, record::Bound, record::Commanded, record::Counted, record::Rejected,
+                 record::Refused, record::Receipted, record::AxesFixed, record::PostureConfirmed,
+                 record::LimitRaised, record::Requested, record::Answered, record::Ended>;
+
+/// Records as one run of octets (plain CDR, little endian), and back. kDataLoss where octets are no records.
+[[nodiscard]] Result<std::string> encode_records(const std::vector<Record>& records);
+[[nodiscard]] Result<std::vector<Record>> decode_records(std::string_view octets);
+
+}  // namespace tonus::scheduler

@@ -1,0 +1,135 @@
+// What a session hears of its peers, and of the passing of time.
+
+#include <algorithm>
+#include <utility>
+
+#include "services/scheduler/session_machine.hpp"
+
+namespace tonus::scheduler {
+
+SessionMachine::SessionMachine(const Clock& clock, std::string software_version, Patience patience)
+    : clock_(clock), software_version_(std::move(software_version)), patience_(patience) {}
+
+Result<Effects> SessionMachine::restore(const std::vector<Record>& records) {
+  for (const Record& record : records) {
+    if (auto good = ledger_.apply(record); !good) return good.error();
+  }
+  if (!ledger_.has_session()) return Effects{};
+  begin_session();
+  if (const auto& ended = ledger_.state().ended) {  // it may have died before it could say so
+    phase_ = ended->phase;
+    message_ = ended->message;
+    return finish();
+  }
+  answer_pending(v1::SESSION_RESUME, false, "the scheduler was restarted; ask again");
+  if (ledger_.state().in_flight) {
+    flight_id_ = trial_id(ledger_.state().started.session_id, ledger_.state().attempts);
+    repeat_in_flight();
+  }
+  advance();
+  return finish();
+}
+
+Effects SessionMachine::on_outcome(const v1::TrialOutcome& outcome) {
+  if (is_active() && is_in_flight(outcome.trial_id())) {
+    outcome_ = outcome;
+    resend_at_ = clock_.now() + patience_.answer;
+    advance();
+  }
+  return finish();
+}
+
+Effects SessionMachine::on_verdict(const v1::TrialVerdict& verdict) {
+  if (is_active() && is_in_flight(verdict.trial_id())) {
+    verdict_ = verdict;
+    advance();
+  }
+  return finish();
+}
+
+Effects SessionMachine::on_receipt(const v1::ArchiveReceipt& receipt) {
+  if (!is_active() || receipt.kind() != v1::RECEIPT_TRIAL) return finish();
+  if (is_in_flight(receipt.subject_id())) {
+    receipt_ = receipt;
+    advance();
+    return finish();
+  }
+  const auto& owed = ledger_.state().owed_receipts;
+  const auto paid = std::find_if(owed.begin(), owed.end(), [&](std::uint32_t attempt) {
+    return trial_id(ledger_.state().started.session_id, attempt) == receipt.subject_id();
+  });
+  if (paid != owed.end()) {
+    decide(record::Receipted{*paid});
+    advance();
+  }
+  return finish();
+}
+
+Effects SessionMachine::on_estimate(const v1::Estimate& estimate) {
+  if (is_active() && ledger_.state().protocol.bias &&
+      estimate.session_id() == ledger_.state().started.session_id) {
+    estimates_[estimate.estimate_id()] = estimate;
+    advance();
+  }
+  return finish();
+}
+
+Effects SessionMachine::on_rig_description(const v1::RigDescription& description) {
+  auto facts = facts_of(description);
+  facts_.reset();
+  if (facts) {
+    facts_ = *facts;
+  } else {
+    facts_problem_ = facts.error().message;
+  }
+  advance();
+  return finish();
+}
+
+Effects SessionMachine::on_rig_state(const v1::RigState& state) {
+  const bool is_same_start = rig_state_ && rig_state_->epoch() == state.epoch();
+  if (is_same_start && state.rig_clock_ns() < cleared_at_rig_ns_)
+    return finish();  // from before the fault was cleared
+  const bool has_restarted = rig_state_ && !is_same_start;
+  if (has_restarted) cleared_at_rig_ns_ = 0;
+  rig_state_ = state;
+  if (state.mode() == v1::RIG_FAULT) {
+    fault_ = state.fault().empty() ? "not named" : state.fault();
+  } else if (!is_active()) {
+    fault_.clear();  // nobody has to acknowledge what came and went before the session
+  }
+  if (has_restarted && is_active() && ledger_.state().in_flight && !outcome_) repeat_in_flight();
+  advance();
+  return finish();
+}
+
+Effects SessionMachine::on_roster(const std::string& missing) {
+  const bool is_back = !roster_missing_.empty() && missing.empty();
+  roster_missing_ = missing;
+  if (is_back && is_active() && ledger_.state().in_flight) repeat_in_flight();
+  advance();
+  return finish();
+}
+
+Effects SessionMachine::on_tick() {
+  if (clear_until_ && clock_.now() >= *clear_until_) {
+    clear_until_.reset();
+    answer_pending(v1::SESSION_RESUME, false, "the rig has not answered the request to clear its fault");
+  }
+  advance();
+  return finish();
+}
+
+std::optional<Clock::TimePoint> SessionMachine::next_deadline() const {
+  std::optional<Clock::TimePoint> next = clear_until_;
+  const auto consider = [&next](Clock::TimePoint time) { next = next ? std::min(*next, time) : time; };
+  if (!is_active()) return next;
+  if (abort_at_) consider(*abort_at_);
+  if (ledger_.state().in_flight && !ledger_.state().is_abort_wanted) consider(resend_at_);
+  if (refusals_ > 0 && refusals_ < patience_.refusals && retry_at_ > clock_.now()) consider(retry_at_);
+  if (axes_due_ && *axes_due_ > clock_.now()) consider(*axes_due_);
+  if (complete_until_) consider(*complete_until_);
+  return next;
+}
+
+}  // namespace tonus::scheduler

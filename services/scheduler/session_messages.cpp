@@ -1,0 +1,158 @@
+// What a session publishes: its plan, cue, state and replies.
+
+#include <algorithm>
+#include <cstdio>
+#include <cstdlib>
+#include <iterator>
+#include <spdlog/fmt/fmt.h>
+#include <utility>
+
+#include "services/scheduler/session_machine.hpp"
+
+namespace tonus::scheduler {
+
+const char* phase_name(v1::SessionPhase phase) {
+  switch (phase) {
+    case v1::SESSION_PREPARING:
+      return "preparing";
+    case v1::SESSION_READY:
+      return "ready";
+    case v1::SESSION_RUNNING:
+      return "running";
+    case v1::SESSION_PAUSING:
+      return "pausing";
+    case v1::SESSION_PAUSED:
+      return "paused";
+    case v1::SESSION_WAITING:
+      return "waiting";
+    case v1::SESSION_COMPLETING:
+      return "completing";
+    case v1::SESSION_COMPLETED:
+      return "completed";
+    case v1::SESSION_ABORTED:
+      return "aborted";
+    case v1::SESSION_FAILED:
+      return "failed";
+  }
+  return "unknown";
+}
+
+void SessionMachine::decide(Record record) {
+  // A decision that does not fit the session is a fault in this program: better to end, with the journal as
+  // it is and good for a restart, than to write it down.
+  if (const auto good = ledger_.apply(record); !good) {
+    std::fprintf(stderr, "scheduler: %s\n", good.error().message.c_str());
+    std::abort();
+  }
+  effects_.records.push_back(std::move(record));
+}
+
+void SessionMachine::begin_session() {
+  phase_ = v1::SESSION_PREPARING;
+  hold_.reset();
+  message_.clear();
+  has_published_ = false;
+  cued_.reset();
+  estimates_.clear();
+  axes_due_.reset();
+  flight_id_ = kNoId;
+  outcome_.reset();
+  verdict_.reset();
+  receipt_.reset();
+  resends_ = 0;
+  refusals_ = 0;
+  accepts_doubtful_axes_ = false;
+  abort_at_.reset();
+  abort_repeats_ = 0;
+  complete_until_.reset();
+  publish_plan();
+}
+
+void SessionMachine::publish_plan() {
+  const LedgerState& s = ledger_.state();
+  v1::SessionPlan plan;
+  plan.session_id(s.started.session_id);
+  if (s.bound) plan.rig_id(s.bound->rig_id);
+  plan.subject(s.started.subject);
+  plan.protocol_name(s.protocol.name);
+  plan.protocol_toml(s.started.protocol_toml);
+  plan.seed(s.started.seed);
+  plan.planned_trials(static_cast<std::uint32_t>(s.plan.trials.size()));
+  plan.postures(s.plan.postures);
+  plan.started_at(s.started.started_at);
+  plan.software_version(s.started.software_version);
+  effects_.messages.emplace_back(std::move(plan));
+}
+
+void SessionMachine::publish_cue(const Block& block) {
+  const std::pair condition{block.posture_index, block.instruction_index};
+  if (cued_ == condition) return;
+  cued_ = condition;
+  const LedgerState& s = ledger_.state();
+  v1::SessionCue cue;
+  cue.session_id(s.started.session_id);
+  cue.target_m(s.plan.postures[block.posture_index].position_m());
+  cue.target_diameter_m(s.protocol.cue.target_diameter);
+  const std::string& recorded = s.plan.trials[block.order.front()].program.instruction();
+  cue.instruction(s.protocol.kind == ProtocolKind::kRecording
+                      ? recorded
+                      : s.protocol.instructions[block.instruction_index].text);
+  cue.shows_cursor(s.protocol.cue.shows_cursor);
+  effects_.messages.emplace_back(std::move(cue));
+}
+
+v1::SessionState SessionMachine::described() const {
+  const LedgerState& s = ledger_.state();
+  v1::SessionState state;
+  state.session_id(s.started.session_id);
+  state.phase(phase_);
+  if (hold_) state.waiting_for(hold_->waiting_for);
+  state.message(message_);
+  if (!s.ended && s.in_flight) {
+    state.posture(s.in_flight->posture());
+    state.trial_id(flight_id_);
+  } else if (!s.ended && s.block < s.plan.blocks.size()) {
+    state.posture(s.plan.postures[s.plan.blocks[s.block].posture_index].name());
+  }
+  state.attempts(s.attempts);
+  state.counted(s.counted);
+  state.rejected(s.rejected);
+  state.planned(static_cast<std::uint32_t>(s.plan.trials.size()));
+  const double pace = s.expected_settled > 0.0 ? s.experiment / s.expected_settled : 1.0;
+  state.remaining_s(s.ended ? 0.0 : std::max(0.0, s.expected_remaining) * pace);
+  state.experiment_s(s.experiment);
+  return state;
+}
+
+void SessionMachine::publish_state() {
+  if (!ledger_.has_session()) return;
+  v1::SessionState state = described();
+  if (has_published_ && state == published_) return;
+  has_published_ = true;
+  published_ = state;
+  effects_.messages.emplace_back(std::move(state));
+}
+
+std::string SessionMachine::where_it_stands() const {
+  return hold_ ? fmt::format("{}: waiting for {}", phase_name(phase_), hold_->waiting_for)
+               : phase_name(phase_);
+}
+
+void SessionMachine::reply(const Id& session_id, const Id& request_id, bool is_done,
+                           const std::string& message) {
+  v1::SessionReply reply;
+  reply.session_id(session_id);
+  reply.request_id(request_id);
+  reply.is_done(is_done);
+  reply.message(message);
+  replies_.emplace_back(std::move(reply));
+}
+
+Effects SessionMachine::finish() {
+  publish_state();
+  std::move(replies_.begin(), replies_.end(), std::back_inserter(effects_.messages));
+  replies_.clear();
+  return std::exchange(effects_, {});
+}
+
+}  // namespace tonus::scheduler
