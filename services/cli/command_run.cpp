@@ -1,0 +1,105 @@
+#include <cstdio>
+#include <memory>
+
+#include "services/cli/commands.hpp"
+#include "services/cli/operator_end.hpp"
+#include "services/cli/session_run.hpp"
+#include "services/cli/system.hpp"
+
+namespace tonus::cli {
+namespace {
+
+constexpr std::chrono::seconds kRosterLimit{30};
+
+void add_run_options(CLI::App& command, RunOptions& run) {
+  command.add_option("protocol", run.protocol, "TOML file of the protocol");
+  command.add_option("--subject", run.subject, "who is measured")->capture_default_str();
+  command.add_option("--seed", run.seed, "of random orders and waits")->capture_default_str();
+  command.add_option("--json", run.json, "file for the results");
+}
+
+Result<void> check(const RunOptions& run) {
+  if (run.protocol.empty() == run.dataset.empty()) {
+    return fail(ErrorCode::kInvalidArgument, "either a protocol or --dataset is needed");
+  }
+  return {};
+}
+
+Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& run) {
+  if (auto good = check(run); !good) return good;
+  if (auto text = protocol_text(run); !text) return text.error();
+  auto end = OperatorEnd::join(common);
+  if (!end) return end.error();
+  OperatorEnd& op = **end;
+  if (auto complete = op.wait_for_roster(kRosterLimit); !complete) return complete;
+  return run_session(
+      op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.is_interrupted(); });
+}
+
+Result<void> demo(SystemOptions& system_options, RunOptions& run) {
+  run.profile = system_options.profile;
+  run.dataset = system_options.dataset;
+  if (auto good = check(run); !good) return good;
+  if (auto text = protocol_text(run); !text) return text.error();
+  if (!run.dataset.empty()) system_options.driver = "replay";
+  auto end = OperatorEnd::join(system_options.common);
+  if (!end) return end.error();
+  OperatorEnd& op = **end;
+  auto system = System::start(system_options, op.clock());
+  if (!system) return system.error();
+  const auto supervise = [&]() -> Result<void> {
+    auto news = system->supervisor().poll();
+    if (!news) return news.error();
+    for (const auto& line : *news) std::fprintf(stderr, "tonus demo: %s\n", line.c_str());
+    return {};
+  };
+  if (auto complete = op.wait_for_roster(kRosterLimit, supervise); !complete) return complete;
+  if (auto ran = run_session(op.client(), run, op.clock(), supervise, [&] { return op.is_interrupted(); });
+      !ran) {
+    return ran;
+  }
+  const std::string store =
+      system_options.store.empty() ? default_store(system->data()).string() : system_options.store;
+  std::printf("archive: %s\n", store.c_str());
+  return {};
+}
+
+}  // namespace
+
+void add_run_command(CLI::App& app, Command& chosen) {
+  auto* command =
+      app.add_subcommand("run", "Runs a protocol on the services that are up, and prints the results.");
+  auto common = std::make_shared<runtime::CommonOptions>();
+  auto run = std::make_shared<RunOptions>();
+  runtime::add_common_options(*command, *common);
+  add_run_options(*command, *run);
+  command->add_option("--dataset", run->dataset,
+                      "play every record of this BIDS dataset, instead of a protocol");
+  command->add_option("--profile", run->profile, "of the simulated rig, for its truth beside the results");
+  command->callback([common, run, &chosen] {
+    chosen = [common, run] {
+      runtime::start_log("tonus run", common->log_level);
+      const auto outcome = run_here(*common, *run);
+      return outcome ? 0 : runtime::report("tonus run", outcome.error());
+    };
+  });
+}
+
+void add_demo_command(CLI::App& app, Command& chosen) {
+  auto* command =
+      app.add_subcommand("demo", "Starts the services, runs one protocol or dataset, and stops them.");
+  auto system = std::make_shared<SystemOptions>();
+  auto run = std::make_shared<RunOptions>();
+  system->speed = "max";
+  add_system_options(*command, *system);
+  add_run_options(*command, *run);
+  command->callback([system, run, &chosen] {
+    chosen = [system, run] {
+      runtime::start_log("tonus demo", system->common.log_level);
+      const auto outcome = demo(*system, *run);
+      return outcome ? 0 : runtime::report("tonus demo", outcome.error());
+    };
+  });
+}
+
+}  // namespace tonus::cli

@@ -1,0 +1,93 @@
+#include <cstdio>
+#include <memory>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/cli/commands.hpp"
+#include "services/cli/operator_end.hpp"
+#include "services/cli/phase_name.hpp"
+
+namespace tonus::cli {
+namespace {
+
+constexpr std::chrono::seconds kLook{2};
+constexpr std::chrono::seconds kReplyLimit{30};
+
+Result<void> status(const runtime::CommonOptions& common) {
+  auto end = OperatorEnd::join(common);
+  if (!end) return end.error();
+  SessionClient& client = (*end)->client();
+  const auto is_known = [&] {
+    return client.roster()
+               .missing({v1::ROLE_RIG, v1::ROLE_SCHEDULER, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE}, false)
+               .empty() &&
+           client.newest_state();
+  };
+  (void)client.wait_for(is_known, kLook, [&] { return (*end)->is_interrupted(); });
+
+  const auto present = client.roster().present();
+  if (present.empty()) {
+    return fail(ErrorCode::kUnavailable, fmt::format("no service was heard of in domain {} within {} s",
+                                                     common.domain, kLook.count()));
+  }
+  for (const auto& health : present) {
+    std::printf("%-15s %-10s %-9s %s%s\n", runtime::role_name(health.role()), health.name().c_str(),
+                health.is_ready() ? "ready" : "not ready", health.state().c_str(),
+                health.dropped() > 0 ? fmt::format(", {} dropped", health.dropped()).c_str() : "");
+  }
+  if (const auto& session = client.newest_state()) {
+    std::printf("session %s: %s, %u of %u trials, %u rejected", to_hex(session->session_id()).c_str(),
+                phase_name(session->phase()), session->counted(), session->planned(), session->rejected());
+    if (!session->waiting_for().empty()) std::printf(", waiting for: %s", session->waiting_for().c_str());
+    std::printf(", %.0f s of experiment remain\n", session->remaining_s());
+  } else {
+    std::printf("no session\n");
+  }
+  return {};
+}
+
+Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest request) {
+  auto end = OperatorEnd::join(common);
+  if (!end) return end.error();
+  SessionClient& client = (*end)->client();
+  if (!client.wait_for([&] { return client.newest_state().has_value(); }, kLook)) {
+    return fail(ErrorCode::kNotFound, fmt::format("there is no session in domain {}", common.domain));
+  }
+  v1::SessionCommand command;
+  command.session_id(client.newest_state()->session_id());
+  command.request(request);
+  auto reply = client.request(command, kReplyLimit);
+  if (!reply) return reply.error();
+  std::printf("%s\n", reply->c_str());
+  return {};
+}
+
+void add(CLI::App& app, Command& chosen, const std::string& name, const std::string& what,
+         std::function<Result<void>(const runtime::CommonOptions&)> act) {
+  auto* command = app.add_subcommand(name, what);
+  auto common = std::make_shared<runtime::CommonOptions>();
+  runtime::add_common_options(*command, *common);
+  command->callback([common, name, act, &chosen] {
+    chosen = [common, name, act] {
+      runtime::start_log("tonus " + name, common->log_level);
+      const auto outcome = act(*common);
+      return outcome ? 0 : runtime::report("tonus " + name, outcome.error());
+    };
+  });
+}
+
+}  // namespace
+
+void add_status_command(CLI::App& app, Command& chosen) {
+  add(app, chosen, "status", "Shows the services and the session.", status);
+}
+
+void add_steering_commands(CLI::App& app, Command& chosen) {
+  add(app, chosen, "pause", "Pauses the session after the running trial.",
+      [](const auto& common) { return steer(common, v1::SESSION_PAUSE); });
+  add(app, chosen, "resume", "Goes on with a paused session, or with one that waits for the operator.",
+      [](const auto& common) { return steer(common, v1::SESSION_RESUME); });
+  add(app, chosen, "abort", "Ends the session and the running trial at once.",
+      [](const auto& common) { return steer(common, v1::SESSION_ABORT); });
+}
+
+}  // namespace tonus::cli

@@ -1,0 +1,60 @@
+#include <cstdio>
+#include <memory>
+
+#include "services/cli/commands.hpp"
+#include "services/cli/operator_end.hpp"
+#include "services/cli/system.hpp"
+
+namespace tonus::cli {
+namespace {
+
+constexpr std::chrono::seconds kRosterLimit{30};
+constexpr char kName[] = "tonus up";
+
+Result<void> supervise(System& system) {
+  auto news = system.supervisor().poll();
+  if (!news) return news.error();
+  for (const auto& line : *news) std::fprintf(stderr, "%s: %s\n", kName, line.c_str());
+  return {};
+}
+
+Result<void> up(const SystemOptions& options) {
+  auto end = OperatorEnd::join(options.common);
+  if (!end) return end.error();
+  OperatorEnd& op = **end;
+  const auto begun = op.clock().now();
+  auto system = System::start(options, op.clock());
+  if (!system) return system.error();
+  if (auto complete = op.wait_for_roster(kRosterLimit, [&] { return supervise(*system); }); !complete)
+    return complete;
+  std::printf(
+      "ready after %.1f s: rig, scheduler, identification, archive in domain %d over %s; data in %s\n",
+      std::chrono::duration<double>(op.clock().now() - begun).count(), options.common.domain,
+      options.common.dds.c_str(), system->data().c_str());
+  std::fflush(stdout);
+  while (!op.is_interrupted()) {
+    (void)op.client().wait_for([] { return false; }, std::chrono::milliseconds(100),
+                               [&] { return op.is_interrupted(); });
+    if (auto kept = supervise(*system); !kept) return kept;
+  }
+  std::printf("stopping\n");
+  return {};
+}
+
+}  // namespace
+
+void add_up_command(CLI::App& app, Command& chosen) {
+  auto* command =
+      app.add_subcommand("up", "Starts the services on this machine and keeps them running until Ctrl-C.");
+  auto options = std::make_shared<SystemOptions>();
+  add_system_options(*command, *options);
+  command->callback([options, &chosen] {
+    chosen = [options] {
+      runtime::start_log(kName, options->common.log_level);
+      const auto outcome = up(*options);
+      return outcome ? 0 : runtime::report(kName, outcome.error());
+    };
+  });
+}
+
+}  // namespace tonus::cli

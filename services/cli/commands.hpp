@@ -1,0 +1,19 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <functional>
+
+/// The subcommands of `tonus`. Each adds itself with its options to the program's command line; when it was
+/// chosen, `chosen` holds what runs it and returns the exit code.
+namespace tonus::cli {
+
+using Command = std::function<int()>;
+
+void add_up_command(CLI::App& app, Command& chosen);
+void add_run_command(CLI::App& app, Command& chosen);
+void add_demo_command(CLI::App& app, Command& chosen);
+void add_status_command(CLI::App& app, Command& chosen);
+void add_identify_command(CLI::App& app, Command& chosen);
+void add_steering_commands(CLI::App& app, Command& chosen);  ///< pause, resume, abort
+
+}  // namespace tonus::cli

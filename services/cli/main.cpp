@@ -1,0 +1,27 @@
+// tonus: the command line.
+
+#include <cstdio>
+
+#include "services/cli/commands.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/version.hpp"
+
+int main(int argc, char** argv) {
+  using namespace tonus;
+  CLI::App app("Measures how a person's arm resists being moved.", "tonus");
+  app.require_subcommand(0, 1);
+  app.set_version_flag("--version", runtime::kVersion);
+  cli::Command chosen;
+  cli::add_up_command(app, chosen);
+  cli::add_run_command(app, chosen);
+  cli::add_demo_command(app, chosen);
+  cli::add_status_command(app, chosen);
+  cli::add_steering_commands(app, chosen);
+  cli::add_identify_command(app, chosen);
+  if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
+  if (!chosen) {
+    std::fprintf(stderr, "tonus: a command is needed (--help lists them)\n");
+    return 2;
+  }
+  return chosen();
+}

@@ -1,0 +1,45 @@
+#include "services/cli/operator_end.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <utility>
+
+namespace tonus::cli {
+namespace {
+
+const std::vector<v1::ServiceRole> kNeeded{v1::ROLE_RIG, v1::ROLE_SCHEDULER, v1::ROLE_IDENTIFICATION,
+                                           v1::ROLE_ARCHIVE};
+
+}  // namespace
+
+Result<std::unique_ptr<OperatorEnd>> OperatorEnd::join(const runtime::CommonOptions& options) {
+  std::unique_ptr<OperatorEnd> end(new OperatorEnd);
+  end->stop_ = std::make_unique<StopSignal>([notifier = end->notifier_] { notifier->notify(); });
+  auto bus = runtime::open_bus(options, "tonus");
+  if (!bus) return bus.error();
+  end->bus_ = std::move(*bus);
+  auto client = SessionClient::create(*end->bus_, end->clock_, end->notifier_);
+  if (!client) return client.error();
+  end->client_.emplace(std::move(*client));
+  return end;
+}
+
+Result<void> OperatorEnd::wait_for_roster(std::chrono::milliseconds limit,
+                                          const std::function<Result<void>()>& tick) {
+  const auto deadline = clock_.now() + limit;
+  const auto is_complete = [this] { return client_->roster().missing(kNeeded).empty(); };
+  while (
+      !client_->wait_for(is_complete, std::chrono::milliseconds(100), [this] { return is_interrupted(); })) {
+    if (is_interrupted()) return fail(ErrorCode::kUnavailable, "interrupted");
+    if (tick) {
+      if (auto ticked = tick(); !ticked) return ticked;
+    }
+    if (clock_.now() >= deadline) {
+      return fail(ErrorCode::kTimeout,
+                  fmt::format("after {:.0f} s: {}", std::chrono::duration<double>(limit).count(),
+                              client_->roster().missing(kNeeded)));
+    }
+  }
+  return {};
+}
+
+}  // namespace tonus::cli

@@ -1,0 +1,196 @@
+#include "services/cli/results.hpp"
+
+#include <array>
+#include <cmath>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::cli {
+namespace {
+
+using nlohmann::json;
+
+struct MatrixUnits {
+  std::string mass;
+  std::string damping;
+  std::string stiffness;
+};
+
+MatrixUnits units_of(const v1::Estimate& e) {
+  if (e.displacement_unit() == "rad") return {"kg m2", "N m s/rad", "N m/rad"};
+  if (e.axes() == 1 && e.force_unit() != "N") {
+    const std::string per = e.force_unit() + "/" + e.displacement_unit();
+    return {per + " s2", per + " s", per};
+  }
+  return {"kg", "N s/m", "N/m"};
+}
+
+std::string matrix_row(const v1::MatrixEstimate& m, unsigned axes, unsigned row) {
+  std::string text;
+  for (unsigned column = 0; column < axes; ++column) {
+    const std::size_t i = row * 2 + column;
+    text += fmt::format("{:>10.4g} ± {:<8.2g}", m.value()[i], m.standard_error()[i]);
+  }
+  return text;
+}
+
+std::string matrix_text(const char* name, const std::string& unit, const v1::MatrixEstimate& m, unsigned axes,
+                        const Eigen::Matrix2d* truth) {
+  std::string text;
+  for (unsigned row = 0; row < axes; ++row) {
+    text +=
+        fmt::format("  {:<2}{:<10}{}", row == 0 ? name : "", row == 0 ? unit : "", matrix_row(m, axes, row));
+    if (truth != nullptr) {
+      text += row == 0 ? "  true " : "       ";
+      for (unsigned column = 0; column < axes; ++column)
+        text += fmt::format("{:>9.4g}", (*truth)(row, column));
+    }
+    if (row == 0 && axes == 2) {
+      text += m.has_ellipse()
+                  ? fmt::format("  ellipse: size {:.4g}, shape {:.2f}, {:+.0f} deg; curl {:.0f} %", m.size(),
+                                m.shape(), m.orientation_deg(), 100.0 * m.curl())
+                  : "  no ellipse: not positive definite";
+    }
+    text += "\n";
+  }
+  return text;
+}
+
+json matrix(const std::array<double, 4>& values, unsigned axes) {
+  if (axes == 1) return json::array({json::array({values[0]})});
+  return json::array({json::array({values[0], values[1]}), json::array({values[2], values[3]})});
+}
+
+json vector(const std::array<double, 2>& values, unsigned axes) {
+  return axes == 1 ? json::array({values[0]}) : json::array({values[0], values[1]});
+}
+
+json matrix_intervals(const v1::MatrixEstimate& m, unsigned axes) {
+  json rows = json::array();
+  for (unsigned row = 0; row < axes; ++row) {
+    json cells = json::array();
+    for (unsigned column = 0; column < axes; ++column) {
+      const std::size_t i = row * 2 + column;
+      cells.push_back(json::array({m.low95()[i], m.high95()[i]}));
+    }
+    rows.push_back(cells);
+  }
+  return rows;
+}
+
+json vector_intervals(const v1::VectorEstimate& v, unsigned axes) {
+  json cells = json::array();
+  for (unsigned i = 0; i < axes; ++i) cells.push_back(json::array({v.low95()[i], v.high95()[i]}));
+  return cells;
+}
+
+json ellipse(const v1::MatrixEstimate& m) {
+  if (!m.has_ellipse()) return {{"reason", "not positive definite"}};
+  return {{"size", m.size()}, {"shape", m.shape()}, {"orientation_deg", m.orientation_deg()}};
+}
+
+json condition(const ConditionResult& result) {
+  const v1::Estimate& e = result.estimate;
+  const unsigned axes = e.axes();
+  json rejected = json::array();
+  for (const auto& trial : result.rejected)
+    rejected.push_back({{"trial", trial.trial}, {"reason", trial.reason}});
+  json c = {{"participant", result.participant},
+            {"session", result.session.empty() ? json(nullptr) : json(result.session)},
+            {"run", result.run},
+            {"posture", e.posture()},
+            {"bias_N", {e.bias_N()[0], e.bias_N()[1]}},
+            {"set", e.set_number() == 0 ? json(nullptr) : json(e.set_number())},
+            {"method", e.method()},
+            {"model", e.model()},
+            {"trials_used", e.trials_used()},
+            {"trials_rejected", rejected},
+            {"samples", e.samples()},
+            {"status", status_name(e.status())},
+            {"reasons", e.reasons()}};
+  if (e.status() != v1::ESTIMATE_UNDETERMINED) {
+    c["M_kg"] = matrix(e.mass_kg().value(), axes);
+    c["B_Ns_per_m"] = matrix(e.damping_Ns_per_m().value(), axes);
+    c["K_N_per_m"] = matrix(e.stiffness_N_per_m().value(), axes);
+    c["X0_m"] = vector(e.spring_centre_m().value(), axes);
+    c["std"] = {{"M_kg", matrix(e.mass_kg().standard_error(), axes)},
+                {"B_Ns_per_m", matrix(e.damping_Ns_per_m().standard_error(), axes)},
+                {"K_N_per_m", matrix(e.stiffness_N_per_m().standard_error(), axes)},
+                {"X0_m", vector(e.spring_centre_m().standard_error(), axes)}};
+    c["ci95"] = {{"M_kg", matrix_intervals(e.mass_kg(), axes)},
+                 {"B_Ns_per_m", matrix_intervals(e.damping_Ns_per_m(), axes)},
+                 {"K_N_per_m", matrix_intervals(e.stiffness_N_per_m(), axes)},
+                 {"X0_m", vector_intervals(e.spring_centre_m(), axes)}};
+    c["sigma_N"] = vector(e.sigma_N(), axes);
+    c["condition_number"] = e.condition_number();
+  }
+  if (axes == 2 && e.status() != v1::ESTIMATE_UNDETERMINED) {
+    c["ellipses"] = {{"M", ellipse(e.mass_kg())},
+                     {"B", ellipse(e.damping_Ns_per_m())},
+                     {"K", ellipse(e.stiffness_N_per_m())}};
+    c["curl"] = {
+        {"M", e.mass_kg().curl()}, {"B", e.damping_Ns_per_m().curl()}, {"K", e.stiffness_N_per_m().curl()}};
+  }
+  if (axes == 1) {
+    const auto units = units_of(e);
+    c["units"] = {{"M_kg", units.mass},
+                  {"B_Ns_per_m", units.damping},
+                  {"K_N_per_m", units.stiffness},
+                  {"X0_m", e.displacement_unit()},
+                  {"sigma_N", e.force_unit()}};
+  }
+  return c;
+}
+
+}  // namespace
+
+const char* status_name(v1::EstimateStatus status) {
+  switch (status) {
+    case v1::ESTIMATE_OK:
+      return "ok";
+    case v1::ESTIMATE_UNDETERMINED:
+      return "undetermined";
+    case v1::ESTIMATE_SUSPECT:
+      return "suspect";
+  }
+  return "unknown";
+}
+
+std::string as_text(const v1::Estimate& e, const Truth& truth) {
+  const unsigned axes = e.axes();
+  std::string text = e.posture();
+  if (axes == 2) text += fmt::format(" ({:.3f}, {:.3f}) m", e.posture_m()[0], e.posture_m()[1]);
+  if (e.set_number() != 0) text += fmt::format(", set {}", e.set_number());
+  if (std::hypot(e.bias_N()[0], e.bias_N()[1]) > 0.0) {
+    text += fmt::format(", bias ({:+.2f}, {:+.2f}) N", e.bias_N()[0], e.bias_N()[1]);
+  }
+  if (!e.instruction().empty()) text += ", " + e.instruction();
+  text += fmt::format("; {}, {} model; {} trials, {} rejected; {}\n", e.method(), e.model(), e.trials_used(),
+                      e.trials_rejected(), status_name(e.status()));
+  for (const auto& reason : e.reasons()) text += "  " + reason + "\n";
+  if (e.status() == v1::ESTIMATE_UNDETERMINED) return text;
+
+  const auto units = units_of(e);
+  const auto known = truth ? truth(e) : std::nullopt;
+  text += matrix_text("M", units.mass, e.mass_kg(), axes, known ? &known->mass : nullptr);
+  text += matrix_text("B", units.damping, e.damping_Ns_per_m(), axes, known ? &known->damping : nullptr);
+  text += matrix_text("K", units.stiffness, e.stiffness_N_per_m(), axes, known ? &known->stiffness : nullptr);
+  const auto& x0 = e.spring_centre_m();
+  text += axes == 2
+              ? fmt::format("  spring centre ({:+.2f} ± {:.2f}, {:+.2f} ± {:.2f}) mm", 1e3 * x0.value()[0],
+                            1e3 * x0.standard_error()[0], 1e3 * x0.value()[1], 1e3 * x0.standard_error()[1])
+              : fmt::format("  spring centre {:+.4g} ± {:.2g} {}", x0.value()[0], x0.standard_error()[0],
+                            e.displacement_unit());
+  text += axes == 2 ? fmt::format("; fitting error {:.3f}, {:.3f} N", e.sigma_N()[0], e.sigma_N()[1])
+                    : fmt::format("; fitting error {:.3g} {}", e.sigma_N()[0], e.force_unit());
+  text += fmt::format("; condition number {:.0f}\n", e.condition_number());
+  return text;
+}
+
+json as_json(const std::vector<ConditionResult>& results) {
+  json conditions = json::array();
+  for (const auto& result : results) conditions.push_back(condition(result));
+  return {{"schema", 1}, {"conditions", conditions}};
+}
+
+}  // namespace tonus::cli

@@ -1,0 +1,45 @@
+#pragma once
+
+#include <functional>
+#include <nlohmann/json_fwd.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "rig_agent/plant/true_impedance.hpp"
+
+#include <idl/estimate.h>
+
+/// Estimates as a person reads them, and as programs do.
+namespace tonus::cli {
+
+/// The truth of a simulated posture, where there is one.
+using Truth = std::function<std::optional<plant::CartesianImpedance>(const v1::Estimate&)>;
+
+/// A block of lines: matrices with standard errors and, where known, the simulated truth beside them;
+/// ellipses, curl, spring centre, fitting error.
+[[nodiscard]] std::string as_text(const v1::Estimate& estimate, const Truth& truth);
+
+/// A trial that was left out of an estimate.
+struct RejectedTrial {
+  std::int64_t trial = 0;
+  std::string reason;
+};
+
+/// An estimate and whose it is.
+struct ConditionResult {
+  std::string participant;
+  std::string session;  ///< Empty: none.
+  int run = 1;
+  std::vector<RejectedTrial> rejected;
+  v1::Estimate estimate;
+};
+
+/// `{"schema": 1, "conditions": [...]}`: one object for each estimate, matrices row by row, units in the
+/// keys, or in `units` for one-axis rigs.
+[[nodiscard]] nlohmann::json as_json(const std::vector<ConditionResult>& results);
+
+/// "ok", "undetermined" or "suspect".
+[[nodiscard]] const char* status_name(v1::EstimateStatus status);
+
+}  // namespace tonus::cli

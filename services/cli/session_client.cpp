@@ -1,0 +1,139 @@
+#include "services/cli/session_client.hpp"
+
+#include <algorithm>
+#include <set>
+#include <spdlog/fmt/fmt.h>
+#include <tuple>
+#include <utility>
+
+#include "idl/topics.hpp"
+#include "services/runtime/drain.hpp"
+
+namespace tonus::cli {
+namespace {
+
+constexpr std::chrono::milliseconds kLook{100};
+constexpr std::chrono::milliseconds kAskAgain{500};
+
+}  // namespace
+
+Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
+                                            std::shared_ptr<bus::Notifier> notifier) {
+  auto commands = bus::TypedWriter<v1::SessionCommand>::create(bus, topics::kSessionCommand);
+  if (!commands) return commands.error();
+  auto replies = bus::TypedReader<v1::SessionReply>::create(bus, topics::kSessionReply, notifier);
+  if (!replies) return replies.error();
+  auto states = bus::TypedReader<v1::SessionState>::create(bus, topics::kSessionState, notifier);
+  if (!states) return states.error();
+  auto estimates = bus::TypedReader<v1::Estimate>::create(bus, topics::kEstimateCondition, notifier);
+  if (!estimates) return estimates.error();
+  auto verdicts = bus::TypedReader<v1::TrialVerdict>::create(bus, topics::kTrialVerdict, notifier);
+  if (!verdicts) return verdicts.error();
+  auto descriptions = bus::TypedReader<v1::RigDescription>::create(bus, topics::kRigDescription, notifier);
+  if (!descriptions) return descriptions.error();
+  auto roster = runtime::Roster::create(bus, clock, notifier);
+  if (!roster) return roster.error();
+  return SessionClient({std::move(*commands), std::move(*replies), std::move(*states), std::move(*estimates),
+                        std::move(*verdicts), std::move(*descriptions)},
+                       std::move(*roster), clock, std::move(notifier));
+}
+
+SessionClient::SessionClient(Endpoints endpoints, runtime::Roster roster, const Clock& clock,
+                             std::shared_ptr<bus::Notifier> notifier)
+    : endpoints_(std::move(endpoints)),
+      roster_(std::move(roster)),
+      clock_(&clock),
+      notifier_(std::move(notifier)) {}
+
+void SessionClient::update() {
+  roster_.update();
+  for (auto& received : runtime::drain(endpoints_.descriptions)) rig_ = std::move(received.value);
+  for (auto& received : runtime::drain(endpoints_.states)) {
+    newest_state_ = received.value;
+    states_[received.value.session_id()] = std::move(received.value);
+  }
+  for (auto& received : runtime::drain(endpoints_.estimates)) {
+    estimates_[received.value.estimate_id()] = std::move(received.value);
+  }
+  for (auto& received : runtime::drain(endpoints_.verdicts)) {
+    verdicts_[received.value.trial_id()] = std::move(received.value);
+  }
+  for (auto& received : runtime::drain(endpoints_.replies)) {
+    replies_[received.value.request_id()] = std::move(received.value);
+  }
+}
+
+Result<void> SessionClient::wait_for(const std::function<bool()>& done, std::chrono::milliseconds limit,
+                                     const std::function<bool()>& interrupted) {
+  const auto deadline = clock_->now() + limit;
+  while (true) {
+    update();
+    if (done()) return {};
+    if (interrupted && interrupted()) return fail(ErrorCode::kUnavailable, "interrupted");
+    if (clock_->now() >= deadline) {
+      return fail(ErrorCode::kTimeout,
+                  fmt::format("nothing after {:.1f} s", std::chrono::duration<double>(limit).count()));
+    }
+    (void)notifier_->wait_until(std::min(deadline, clock_->now() + kLook));
+  }
+}
+
+Result<std::string> SessionClient::request(v1::SessionCommand command, std::chrono::milliseconds limit) {
+  const Id id = random_id();
+  command.request_id(id);
+  if (command.requested_by().empty()) command.requested_by("command line");
+  const auto deadline = clock_->now() + limit;
+  while (clock_->now() < deadline) {
+    // A command that finds the history full, or nobody to take it, is sent again below.
+    (void)endpoints_.commands.write(command);
+    if (!wait_for([&] { return replies_.contains(id); }, kAskAgain)) continue;
+    const auto& reply = replies_.at(id);
+    if (!reply.is_done()) return fail(ErrorCode::kInvalidArgument, reply.message());
+    return reply.message();
+  }
+  return fail(ErrorCode::kTimeout,
+              fmt::format("no scheduler answered within {:.1f} s; is `tonus up` running in this "
+                          "domain?",
+                          std::chrono::duration<double>(limit).count()));
+}
+
+const std::optional<v1::SessionState>& SessionClient::state(const Id& session) const {
+  static const std::optional<v1::SessionState> kNone;
+  const auto found = states_.find(session);
+  return found == states_.end() ? kNone : found->second;
+}
+
+std::vector<v1::Estimate> SessionClient::estimates(const Id& session) const {
+  std::vector<v1::Estimate> all;
+  for (const auto& [id, estimate] : estimates_) {
+    if (estimate.session_id() == session) all.push_back(estimate);
+  }
+  const auto order = [](const v1::Estimate& e) {
+    return std::make_tuple(e.posture_index(), e.set_number(), e.instruction(), e.method(), e.model());
+  };
+  std::sort(all.begin(), all.end(), [&order](const auto& a, const auto& b) { return order(a) < order(b); });
+  return all;
+}
+
+bool SessionClient::has_estimated_every_valid_trial(const Id& session) const {
+  std::set<std::uint32_t> estimated;
+  for (const auto& [id, estimate] : estimates_) {
+    if (estimate.session_id() != session) continue;
+    for (const auto& trial : estimate.trials()) estimated.insert(trial.attempt());
+  }
+  return std::all_of(verdicts_.begin(), verdicts_.end(), [&](const auto& entry) {
+    const auto& verdict = entry.second;
+    return verdict.session_id() != session || !verdict.is_valid() || estimated.contains(verdict.attempt());
+  });
+}
+
+std::vector<v1::TrialVerdict> SessionClient::rejections(const Id& session) const {
+  std::vector<v1::TrialVerdict> all;
+  for (const auto& [id, verdict] : verdicts_) {
+    if (verdict.session_id() == session && !verdict.is_valid()) all.push_back(verdict);
+  }
+  std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.attempt() < b.attempt(); });
+  return all;
+}
+
+}  // namespace tonus::cli

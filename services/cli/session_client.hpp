@@ -1,0 +1,83 @@
+#pragma once
+
+#include <functional>
+#include <map>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/bus/bus.hpp"
+#include "services/bus/typed.hpp"
+#include "services/core/clock.hpp"
+#include "services/core/id.hpp"
+#include "services/runtime/health.hpp"
+
+#include <idl/estimate.h>
+#include <idl/rig.h>
+#include <idl/session.h>
+#include <idl/trial.h>
+
+namespace tonus::cli {
+
+/// An operator's end of the bus: sees services, session and results, and asks things of the scheduler.
+/// One thread; update() takes what has arrived, the rest tells what is known.
+class SessionClient {
+ public:
+  [[nodiscard]] static Result<SessionClient> create(bus::Bus& bus, const Clock& clock,
+                                                    std::shared_ptr<bus::Notifier> notifier);
+
+  void update();
+
+  /// Handles arrivals until `done` says so. kTimeout after `limit`; kUnavailable as soon as `interrupted`
+  /// says so.
+  [[nodiscard]] Result<void> wait_for(const std::function<bool()>& done, std::chrono::milliseconds limit,
+                                      const std::function<bool()>& interrupted = {});
+
+  /// Sends a request and waits for its reply, asking again every half second. The reply's message is the
+  /// value; kInvalidArgument with it where the scheduler refused, kTimeout where nobody answered within
+  /// `limit`.
+  [[nodiscard]] Result<std::string> request(v1::SessionCommand command, std::chrono::milliseconds limit);
+
+  [[nodiscard]] runtime::Roster& roster() { return roster_; }
+  [[nodiscard]] const std::optional<v1::RigDescription>& rig() const { return rig_; }
+  [[nodiscard]] const std::optional<v1::SessionState>& state(const Id& session) const;
+
+  /// State of the session that is going on, or of any.
+  [[nodiscard]] const std::optional<v1::SessionState>& newest_state() const { return newest_state_; }
+
+  /// Newest estimates of a session's conditions, in the order of posture, set and method.
+  [[nodiscard]] std::vector<v1::Estimate> estimates(const Id& session) const;
+
+  /// True when every trial that was judged valid stands behind some estimate: the last results have arrived.
+  [[nodiscard]] bool has_estimated_every_valid_trial(const Id& session) const;
+
+  /// Verdicts of a session that were not valid, in the order of attempts.
+  [[nodiscard]] std::vector<v1::TrialVerdict> rejections(const Id& session) const;
+
+ private:
+  struct Endpoints {
+    bus::TypedWriter<v1::SessionCommand> commands;
+    bus::TypedReader<v1::SessionReply> replies;
+    bus::TypedReader<v1::SessionState> states;
+    bus::TypedReader<v1::Estimate> estimates;
+    bus::TypedReader<v1::TrialVerdict> verdicts;
+    bus::TypedReader<v1::RigDescription> descriptions;
+  };
+  SessionClient(Endpoints endpoints, runtime::Roster roster, const Clock& clock,
+                std::shared_ptr<bus::Notifier> notifier);
+
+  Endpoints endpoints_;
+  runtime::Roster roster_;
+  const Clock* clock_;
+  std::shared_ptr<bus::Notifier> notifier_;
+
+  std::optional<v1::RigDescription> rig_;
+  std::map<Id, std::optional<v1::SessionState>> states_;
+  std::optional<v1::SessionState> newest_state_;
+  std::map<Id, v1::Estimate> estimates_;
+  std::map<Id, v1::TrialVerdict> verdicts_;
+  std::map<Id, v1::SessionReply> replies_;
+};
+
+}  // namespace tonus::cli

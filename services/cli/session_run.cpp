@@ -1,0 +1,143 @@
+#include "services/cli/session_run.hpp"
+
+#include <cstdio>
+#include <fstream>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "rig_agent/plant/true_impedance.hpp"
+#include "services/cli/progress_bar.hpp"
+#include "services/cli/recording_protocol.hpp"
+#include "services/cli/results.hpp"
+#include "services/core/text_file.hpp"
+#include "services/scheduler/protocol_file.hpp"
+
+namespace tonus::cli {
+namespace {
+
+constexpr std::chrono::seconds kReplyLimit{10};
+constexpr std::chrono::milliseconds kTick{100};
+
+bool is_over(const std::optional<v1::SessionState>& state) {
+  return state && (state->phase() == v1::SESSION_COMPLETED || state->phase() == v1::SESSION_ABORTED ||
+                   state->phase() == v1::SESSION_FAILED);
+}
+
+std::string remark_of(const v1::SessionState& state) {
+  std::string remark = state.posture();
+  if (state.rejected() > 0) remark += fmt::format(", {} rejected", state.rejected());
+  if (!state.waiting_for().empty()) remark += ", waiting for: " + state.waiting_for();
+  return remark;
+}
+
+/// Truth of the simulated subject; none for any other rig.
+Result<Truth> truth_of(const std::optional<v1::RigDescription>& rig, const std::string& profile_file) {
+  if (!rig || rig->driver() != "simulated") return Truth{};
+  plant::Profile profile;
+  if (!profile_file.empty()) {
+    auto loaded = plant::load_profile(profile_file);
+    if (!loaded) return loaded.error();
+    profile = *loaded;
+  }
+  return Truth{
+      [subject = profile.subject](const v1::Estimate& e) -> std::optional<plant::CartesianImpedance> {
+        return plant::true_impedance(subject, {e.posture_m()[0], e.posture_m()[1]});
+      }};
+}
+
+/// The rejected trials of a session's posture: a verdict names its trial's place in the plan, which belongs
+/// to one posture.
+std::vector<RejectedTrial> rejected_of(const std::vector<v1::TrialVerdict>& verdicts,
+                                       const v1::Estimate& estimate) {
+  std::vector<RejectedTrial> rejected;
+  for (const auto& verdict : verdicts) {
+    if (verdict.posture_index() == estimate.posture_index())
+      rejected.push_back({verdict.attempt(), verdict.detail()});
+  }
+  return rejected;
+}
+
+Result<void> print_results(const SessionClient& client, const Id& session, const RunOptions& options) {
+  auto truth = truth_of(client.rig(), options.profile);
+  if (!truth) return truth.error();
+  const auto estimates = client.estimates(session);
+  std::fputs("\n", stdout);
+  for (const auto& estimate : estimates) std::printf("%s\n", as_text(estimate, *truth).c_str());
+  for (const auto& verdict : client.rejections(session)) {
+    std::printf("trial %u rejected: %s\n", verdict.attempt(), verdict.detail().c_str());
+  }
+  std::fflush(stdout);
+  if (options.json.empty()) return {};
+  std::vector<ConditionResult> results;
+  for (const auto& estimate : estimates) {
+    results.push_back({options.subject, to_hex(session), static_cast<int>(estimate.posture_index()) + 1,
+                       rejected_of(client.rejections(session), estimate), estimate});
+  }
+  return write_text_file(options.json, as_json(results).dump(1) + "\n");
+}
+
+}  // namespace
+
+Result<std::string> protocol_text(const RunOptions& options) {
+  if (!options.dataset.empty()) return recording_protocol(options.dataset);
+  // Checked here so that a message names the file; the scheduler checks again what it gets.
+  auto protocol = scheduler::load_protocol(options.protocol);
+  if (!protocol) return protocol.error();
+  return protocol->text;
+}
+
+Result<void> run_session(SessionClient& client, const RunOptions& options, const Clock& clock,
+                         const std::function<Result<void>()>& tick,
+                         const std::function<bool()>& interrupted) {
+  auto text = protocol_text(options);
+  if (!text) return text.error();
+
+  v1::SessionCommand start;
+  start.session_id(random_id());
+  start.request(v1::SESSION_START);
+  start.protocol_toml(*text);
+  start.subject(options.subject);
+  start.seed(options.seed);
+  const Id session = start.session_id();
+  const auto begun = clock.now();
+  if (auto accepted = client.request(start, kReplyLimit); !accepted) return accepted.error();
+  std::printf("session %s\n", to_hex(session).c_str());
+  std::fflush(stdout);
+
+  ProgressBar progress("trials");
+  bool is_aborting = false;
+  while (!is_over(client.state(session))) {
+    (void)client.wait_for([&] { return is_over(client.state(session)); }, kTick);
+    if (auto ticked = tick(); !ticked) return ticked;
+    if (const auto& state = client.state(session))
+      progress.show(state->counted(), state->planned(), remark_of(*state));
+    if (interrupted() && !is_aborting) {
+      is_aborting = true;
+      v1::SessionCommand abort;
+      abort.session_id(session);
+      abort.request(v1::SESSION_ABORT);
+      if (auto aborted = client.request(abort, kReplyLimit); !aborted) return aborted.error();
+    }
+  }
+  progress.clear();
+  const auto state = *client.state(session);
+  if (state.phase() != v1::SESSION_COMPLETED) {
+    return fail(ErrorCode::kUnavailable,
+                fmt::format("the session was {} after {} of {} trials: {}",
+                            state.phase() == v1::SESSION_ABORTED ? "aborted" : "ended by a failure",
+                            state.counted(), state.planned(), state.message()));
+  }
+  // The last verdict ends the session; the estimate that it leads to follows.
+  if (!client.wait_for([&] { return client.has_estimated_every_valid_trial(session); }, kReplyLimit)) {
+    std::fputs("tonus: the newest estimates have not arrived; the last trials are not in the results below\n",
+               stderr);
+  }
+  const double wall = std::chrono::duration<double>(clock.now() - begun).count();
+  if (auto printed = print_results(client, session, options); !printed) return printed;
+  std::printf("%u trials, %u rejected; %.1f s of experiment in %.1f s, %.0f times real time\n",
+              state.counted(), state.rejected(), state.experiment_s(), wall, state.experiment_s() / wall);
+  std::fflush(stdout);
+  return {};
+}
+
+}  // namespace tonus::cli

@@ -1,0 +1,32 @@
+#pragma once
+
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "rig_agent/plant/profile.hpp"
+#include "services/cli/session_client.hpp"
+#include "services/core/result.hpp"
+
+namespace tonus::cli {
+
+struct RunOptions {
+  std::string protocol;  ///< TOML file of the protocol.
+  std::string dataset;   ///< Or: play every record of this dataset.
+  std::string subject = "sub-01";
+  std::uint64_t seed = 1;
+  std::string profile;  ///< Of the simulated rig, for the truth beside the results.
+  std::string json;     ///< File for the results.
+};
+
+/// Runs one session from start to end with a progress bar, prints its results on standard output and writes
+/// them to `json`. `tick` is called a few times a second and ends the run by an error; `interrupted` aborts
+/// the session.
+[[nodiscard]] Result<void> run_session(SessionClient& client, const RunOptions& options, const Clock& clock,
+                                       const std::function<Result<void>()>& tick,
+                                       const std::function<bool()>& interrupted);
+
+/// Reads the protocol that the options name.
+[[nodiscard]] Result<std::string> protocol_text(const RunOptions& options);
+
+}  // namespace tonus::cli

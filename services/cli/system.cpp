@@ -1,0 +1,108 @@
+#include "services/cli/system.hpp"
+
+#include <utility>
+
+namespace tonus::cli {
+namespace {
+
+/// Folder of the running program: the services lie beside it.
+std::filesystem::path program_folder() {
+  std::error_code error;
+  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
+  return error ? std::filesystem::current_path() : self.parent_path();
+}
+
+class Arguments {
+ public:
+  Arguments& add(const std::string& option, const std::string& value) {
+    if (!value.empty()) {
+      list_.push_back(option);
+      list_.push_back(value);
+    }
+    return *this;
+  }
+  [[nodiscard]] std::vector<std::string> take() { return std::move(list_); }
+
+ private:
+  std::vector<std::string> list_;
+};
+
+Arguments common_arguments(const runtime::CommonOptions& common, const std::filesystem::path& data,
+                           const std::string& dds) {
+  Arguments arguments;
+  arguments.add("--domain", std::to_string(common.domain))
+      .add("--dds", dds)
+      .add("--rig", common.rig)
+      .add("--data", data.string())
+      .add("--log", common.log_level);
+  for (const auto& address : common.network) arguments.add("--network", address);
+  return arguments;
+}
+
+std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesystem::path& data) {
+  const auto folder = program_folder();
+  const auto common = [&] { return common_arguments(o.common, data, o.common.dds); };
+  const std::string rig_dds = o.rig_dds.empty() ? o.common.dds : o.rig_dds;
+  return {
+      {"archive", folder / "tonus-archive", common().add("--store", o.store).take()},
+      {"identification", folder / "tonus-identification",
+       common()
+           .add("--natural-frequency", o.natural_frequency)
+           .add("--damping-ratio", o.damping_ratio)
+           .add("--window", o.window)
+           .add("--method", o.method)
+           .take()},
+      {"scheduler", folder / "tonus-scheduler", common().take()},
+      {"rig-agent", folder / "tonus-rig-agent",
+       common_arguments(o.common, data, rig_dds)
+           .add("--driver", o.driver)
+           .add("--profile", o.profile)
+           .add("--dataset", o.dataset)
+           .add("--force-sign", o.force_sign)
+           .add("--seed", o.seed)
+           .add("--speed", o.speed)
+           .take()},
+  };
+}
+
+}  // namespace
+
+void add_system_options(CLI::App& app, SystemOptions& o) {
+  runtime::add_common_options(app, o.common);
+  app.add_option("--rig-dds", o.rig_dds, "DDS implementation of the rig agent, where it differs")
+      ->check(CLI::IsMember({"fastdds", "cyclonedds"}));
+  app.add_option("--speed", o.speed, "real: by the clock; max: as fast as the services keep up")
+      ->check(CLI::IsMember({"real", "max"}))
+      ->capture_default_str();
+  app.add_option("--driver", o.driver, "hardware of the rig: simulated or replay")
+      ->check(CLI::IsMember({"simulated", "replay"}))
+      ->capture_default_str();
+  app.add_option("--profile", o.profile, "TOML file of the simulated rig and subject")
+      ->check(CLI::ExistingFile);
+  app.add_option("--dataset", o.dataset, "BIDS dataset to play")->check(CLI::ExistingDirectory);
+  app.add_option("--force-sign", o.force_sign, "+1 or -1: sign of a one-axis dataset's force on the limb")
+      ->check(CLI::IsMember({"-1", "1", "+1"}));
+  app.add_option("--rig-seed", o.seed, "seed of the simulated rig's noise")->check(CLI::NonNegativeNumber);
+  app.add_option("--natural-frequency", o.natural_frequency,
+                 "of the state-variable filter, Hz; default: from the data")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--damping-ratio", o.damping_ratio, "of the state-variable filter")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--window", o.window, "s from onset that are fitted")->check(CLI::PositiveNumber);
+  app.add_option("--method", o.method, "lowpass, optimal, state_variable or all");
+  app.add_option("--store", o.store, "file of the archive");
+}
+
+Result<System> System::start(const SystemOptions& options, const Clock& clock) {
+  auto lock = DomainLock::take(options.common.domain);
+  if (!lock) return lock.error();
+  auto data = runtime::data_folder(options.common);
+  if (!data) return data.error();
+  auto supervisor = Supervisor::start(services(options, *data), *data / "logs", clock);
+  if (!supervisor) return supervisor.error();
+  return System(std::move(*lock), std::move(*data), std::move(*supervisor));
+}
+
+std::filesystem::path default_store(const std::filesystem::path& data) { return data / "archive.sqlite"; }
+
+}  // namespace tonus::cli

@@ -1,0 +1,54 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/cli/domain_lock.hpp"
+#include "services/cli/supervisor.hpp"
+#include "services/runtime/options.hpp"
+
+namespace tonus::cli {
+
+/// What `tonus up` and `tonus demo` are told of the services that they start. Each text is handed on to the
+/// service whose option it is; empty: not said.
+struct SystemOptions {
+  runtime::CommonOptions common;
+  std::string rig_dds;  ///< DDS of the rig agent where it differs from the others'.
+  std::string speed = "real";
+  std::string driver = "simulated";
+  std::string profile;
+  std::string dataset;
+  std::string force_sign;
+  std::string seed;
+  std::string natural_frequency;
+  std::string damping_ratio;
+  std::string window;
+  std::string method;
+  std::string store;
+};
+
+void add_system_options(CLI::App& app, SystemOptions& options);
+
+/// All services of one machine under supervision, in a domain of their own.
+class System {
+ public:
+  [[nodiscard]] static Result<System> start(const SystemOptions& options, const Clock& clock);
+
+  [[nodiscard]] Supervisor& supervisor() { return supervisor_; }
+  [[nodiscard]] const std::filesystem::path& data() const { return data_; }
+
+ private:
+  System(DomainLock lock, std::filesystem::path data, Supervisor supervisor)
+      : lock_(std::move(lock)), data_(std::move(data)), supervisor_(std::move(supervisor)) {}
+
+  DomainLock lock_;
+  std::filesystem::path data_;
+  Supervisor supervisor_;
+};
+
+/// Where the archive of a data folder lies by default.
+[[nodiscard]] std::filesystem::path default_store(const std::filesystem::path& data);
+
+}  // namespace tonus::cli
