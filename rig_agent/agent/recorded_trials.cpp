@@ -39,6 +39,9 @@ Result<RecordedTrials> RecordedTrials::create(std::vector<recording::Recording> 
   trials.recording_.geometry = first.rig;
   trials.recording_.rate = first.sampling_frequency;
   for (const auto& record : records) trials.add(record);
+  if (first.rig.kind == RigKind::kTwoLink) {
+    trials.home_ = first.rig.links.endpoint(joint_coordinates(first.rig, first.rows.front().raw));
+  }
   return trials;
 }
 

@@ -28,6 +28,8 @@ class RecordedTrials {
   [[nodiscard]] Result<std::uint32_t> prepare(v1::TrialProgram& program) const;
 
   [[nodiscard]] double rate() const { return rate_; }
+  /// Where the handle is in the first row, m in R; zero where the channels are not joint angles.
+  [[nodiscard]] const Eigen::Vector2d& home() const { return home_; }
   [[nodiscard]] const std::string& displacement_unit() const { return displacement_unit_; }
   [[nodiscard]] const std::string& force_unit() const { return force_unit_; }
 
@@ -45,6 +47,7 @@ class RecordedTrials {
   drivers::Recording recording_;
   std::vector<Record> records_;
   double rate_ = 0.0;
+  Eigen::Vector2d home_ = Eigen::Vector2d::Zero();
   std::string displacement_unit_;
   std::string force_unit_;
 };

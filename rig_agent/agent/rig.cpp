@@ -79,6 +79,7 @@ Result<control::LoopConfig> Rig::open_replay(const RigOptions& options) {
   recorded_ = std::make_unique<RecordedTrials>(std::move(*trials));
   names_.displacement_unit = recorded_->displacement_unit();
   names_.force_unit = recorded_->force_unit();
+  names_.home = recorded_->home();
   control::LoopConfig config;
   config.rate = recorded_->rate();
   config.sample_divider = 1;
