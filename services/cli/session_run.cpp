@@ -137,6 +137,11 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
   std::printf("%u trials, %u rejected; %.1f s of experiment in %.1f s, %.0f times real time\n",
               state.counted(), state.rejected(), state.experiment_s(), wall, state.experiment_s() / wall);
   std::fflush(stdout);
+  if (state.counted() < state.planned()) {
+    return fail(ErrorCode::kDataLoss,
+                fmt::format("{} of {} planned trials could not be used; the reasons are above",
+                            state.planned() - state.counted(), state.planned()));
+  }
   return {};
 }
 
