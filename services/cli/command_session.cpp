@@ -2,9 +2,9 @@
 #include <memory>
 #include <spdlog/fmt/fmt.h>
 
+#include "idl/names.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_end.hpp"
-#include "services/cli/phase_name.hpp"
 
 namespace tonus::cli {
 namespace {

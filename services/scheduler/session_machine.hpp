@@ -9,6 +9,7 @@
 #include <variant>
 #include <vector>
 
+#include "idl/names.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
 #include "services/core/result.hpp"
@@ -23,9 +24,6 @@
 #include <idl/trial.h>
 
 namespace tonus::scheduler {
-
-/// "preparing", "ready", ... for people.
-[[nodiscard]] const char* phase_name(v1::SessionPhase phase);
 
 using Message = std::variant<v1::SessionPlan, v1::SessionState, v1::SessionReply, v1::SessionCue,
                              v1::TrialCommand, v1::RigCommand>;

@@ -11,32 +11,6 @@
 
 namespace tonus::scheduler {
 
-const char* phase_name(v1::SessionPhase phase) {
-  switch (phase) {
-    case v1::SESSION_PREPARING:
-      return "preparing";
-    case v1::SESSION_READY:
-      return "ready";
-    case v1::SESSION_RUNNING:
-      return "running";
-    case v1::SESSION_PAUSING:
-      return "pausing";
-    case v1::SESSION_PAUSED:
-      return "paused";
-    case v1::SESSION_WAITING:
-      return "waiting";
-    case v1::SESSION_COMPLETING:
-      return "completing";
-    case v1::SESSION_COMPLETED:
-      return "completed";
-    case v1::SESSION_ABORTED:
-      return "aborted";
-    case v1::SESSION_FAILED:
-      return "failed";
-  }
-  return "unknown";
-}
-
 void SessionMachine::decide(Record record) {
   // A decision that does not fit the session is a fault in this program: better to end, with the journal as
   // it is and good for a restart, than to write it down.
