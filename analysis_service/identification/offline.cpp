@@ -1,7 +1,6 @@
 #include "analysis_service/identification/offline.hpp"
 
 #include <algorithm>
-#include <cmath>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
@@ -13,27 +12,7 @@
 namespace tonus::identification {
 namespace {
 
-/// s of rest before the onset that go with a perturbation; more than the conversion uses.
-constexpr double kRestBefore = 1.0;
-
-struct Stretch {
-  std::size_t first = 0;
-  std::size_t onset = 0;
-  std::size_t last = 0;
-};
-
-Stretch stretch_of(const recording::Recording& record, const recording::PerturbationEvent& event) {
-  const std::size_t last = record.rows.size() - 1;
-  if (event.is_continuous()) return {0, 0, last};
-  const auto row_at = [&](double time) {
-    return std::min(static_cast<std::size_t>(std::round(std::max(time, 0.0) * record.sampling_frequency)),
-                    last);
-  };
-  return {row_at(event.onset_s - kRestBefore), row_at(event.onset_s),
-          row_at(event.onset_s + event.duration_s)};
-}
-
-std::vector<Row> rows_of(const recording::Recording& record, const Stretch& stretch) {
+std::vector<Row> rows_of(const recording::Recording& record, const recording::Stretch& stretch) {
   std::vector<Row> rows;
   rows.reserve(stretch.last - stretch.first + 1);
   for (std::size_t i = stretch.first; i <= stretch.last; ++i) {
@@ -49,7 +28,7 @@ std::vector<Row> rows_of(const recording::Recording& record, const Stretch& stre
 }
 
 TrialReport report_of(const recording::Recording& record, const recording::PerturbationEvent& event,
-                      const Stretch& stretch, std::uint32_t index) {
+                      const recording::Stretch& stretch, std::uint32_t index) {
   TrialReport report;
   TrialPlan& plan = report.plan;
   plan.session = id_of(record.participant.id + "/" + record.session);
@@ -89,7 +68,7 @@ Result<void> identify_recording(const recording::Recording& record, std::uint32_
   ConditionBook book(settings);
   std::vector<LeftOut> left_out;
   for (const auto& event : record.events) {
-    const Stretch stretch = stretch_of(record, event);
+    const recording::Stretch stretch = recording::stretch_of(record, event);
     const auto rows = rows_of(record, stretch);
     const TrialReport report = report_of(record, event, stretch, index);
     std::string why = defect_of(record, event, rows);

@@ -1,16 +1,11 @@
 #include "rig_agent/agent/recorded_trials.hpp"
 
-#include <algorithm>
-#include <cmath>
 #include <limits>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
 namespace tonus::rig {
 namespace {
-
-/// Rest before the onset that goes with a perturbation, s: enough for the filter and for the tare.
-constexpr double kRestBefore = 1.0;
 
 bool same_rig(const RigGeometry& a, const RigGeometry& b) {
   return a.kind == b.kind && a.links.l1 == b.links.l1 && a.links.l2 == b.links.l2 &&
@@ -66,12 +61,8 @@ void RecordedTrials::add(const recording::Recording& source) {
   record.whole_segment = static_cast<std::uint32_t>(recording_.segments.size());
   recording_.segments.push_back({offset, offset, last});
   for (const auto& event : source.events) {
-    const auto row_at = [&](double time) {
-      const double row = std::round(std::max(time, 0.0) * source.sampling_frequency);
-      return std::min(offset + static_cast<std::size_t>(row), last);
-    };
-    recording_.segments.push_back({row_at(event.onset_s - kRestBefore), row_at(event.onset_s),
-                                   row_at(event.onset_s + event.duration_s)});
+    const recording::Stretch rows = recording::stretch_of(source, event);
+    recording_.segments.push_back({offset + rows.first, offset + rows.onset, offset + rows.last});
     ++record.events;
   }
   records_.push_back(std::move(record));

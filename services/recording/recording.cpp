@@ -1,9 +1,15 @@
 #include "services/recording/recording.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
 namespace tonus::recording {
+namespace {
+
+constexpr double kRestBefore = 1.0;  // s, more than the conversion to a trial uses
+
+}  // namespace
 
 Result<void> state_force_sign(Recording& recording, int sign) {
   if (sign != 1 && sign != -1) {
@@ -24,6 +30,17 @@ Result<void> state_force_sign(Recording& recording, int sign) {
 
 std::int64_t row_time_ns(const Recording& recording, std::size_t row) {
   return std::llround(static_cast<double>(row) * 1e9 / recording.sampling_frequency);
+}
+
+Stretch stretch_of(const Recording& recording, const PerturbationEvent& event) {
+  const std::size_t last = recording.rows.size() - 1;
+  if (event.is_continuous()) return {0, 0, last};
+  const auto row_at = [&](double time) {
+    const double row = std::round(std::max(time, 0.0) * recording.sampling_frequency);
+    return std::min(static_cast<std::size_t>(row), last);
+  };
+  return {row_at(event.onset_s - kRestBefore), row_at(event.onset_s),
+          row_at(event.onset_s + event.duration_s)};
 }
 
 std::string describe(const Recording& recording) {

@@ -99,6 +99,18 @@ struct Recording {
 /// The row's time after the first, ns: row / sampling_frequency, rounded.
 [[nodiscard]] std::int64_t row_time_ns(const Recording& recording, std::size_t row);
 
+/// Rows first .. last of a recording, both included, perturbed from `onset` on.
+struct Stretch {
+  std::size_t first = 0;
+  std::size_t onset = 0;
+  std::size_t last = 0;
+};
+
+/// The rows that go with a perturbation: from 1 s of rest before its onset to its end, as far as there are
+/// rows; of a continuous one all rows. Replay and off-line identification take the same, so that they give
+/// the same numbers.
+[[nodiscard]] Stretch stretch_of(const Recording& recording, const PerturbationEvent& event);
+
 /// "sub-01 ses-01 run 1 (reference)", for messages.
 [[nodiscard]] std::string describe(const Recording& recording);
 
