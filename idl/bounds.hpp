@@ -2,6 +2,7 @@
 
 #include <string>
 
+#include <idl/archive.h>
 #include <idl/estimate.h>
 #include <idl/rig.h>
 #include <idl/session.h>
@@ -19,6 +20,17 @@ namespace tonus::v1 {
 
 [[nodiscard]] inline std::string bounds_violation(const SampleBlock& block) {
   if (block.samples().size() > 256) return out_of_bounds("SampleBlock.samples", block.samples().size(), 256);
+  return {};
+}
+
+[[nodiscard]] inline std::string bounds_violation(const FlightRecord& record) {
+  if (record.cycles().size() > 256) return out_of_bounds("FlightRecord.cycles", record.cycles().size(), 256);
+  return {};
+}
+
+[[nodiscard]] inline std::string bounds_violation(const ArchiveReceipt& receipt) {
+  if (receipt.kind() > RECEIPT_SESSION)
+    return out_of_bounds("ArchiveReceipt.kind", receipt.kind(), RECEIPT_SESSION);
   return {};
 }
 

@@ -65,6 +65,9 @@ inline constexpr Topic<v1::RigDescription> kRigDescription{
 inline constexpr Topic<v1::RigState> kRigState{{"rig/state", "tonus::v1::RigState", qos::kAlive, 4096}};
 inline constexpr Topic<v1::SampleBlock> kRigSamples{
     {"rig/samples", "tonus::v1::SampleBlock", qos::kStream, 32768}};
+inline constexpr Topic<v1::RigTiming> kRigTiming{{"rig/timing", "tonus::v1::RigTiming", qos::kLatest, 4096}};
+inline constexpr Topic<v1::FlightRecord> kRigFlightRecord{
+    {"rig/flight_record", "tonus::v1::FlightRecord", qos::kLatest, 60000}};
 inline constexpr Topic<v1::RigCommand> kRigCommand{
     {"rig/command", "tonus::v1::RigCommand", qos::kRequest, 4096}};
 inline constexpr Topic<v1::RigReply> kRigReply{{"rig/reply", "tonus::v1::RigReply", qos::kRequest, 4096}};
@@ -94,14 +97,22 @@ inline constexpr Topic<v1::ArchiveResend> kArchiveResend{
     {"archive/resend", "tonus::v1::ArchiveResend", qos::kRequest, 4096}};
 inline constexpr Topic<v1::ServiceHealth> kServiceHealth{
     {"service/health", "tonus::v1::ServiceHealth", qos::kAlive, 8192}};
+inline constexpr Topic<v1::ServiceConfiguration> kServiceConfiguration{
+    {"service/configuration", "tonus::v1::ServiceConfiguration", qos::kLatest, 60000}};
+inline constexpr Topic<v1::ClockProbe> kClockProbe{
+    {"clock/probe", "tonus::v1::ClockProbe", qos::kRequest, 4096}};
+inline constexpr Topic<v1::ClockEcho> kClockEcho{{"clock/echo", "tonus::v1::ClockEcho", qos::kRequest, 4096}};
+inline constexpr Topic<v1::ClockOffset> kClockOffset{
+    {"clock/offset", "tonus::v1::ClockOffset", qos::kLatest, 4096}};
 
 /// Every topic, for who carries bytes without reading them.
 inline constexpr std::array kAll{
-    kRigDescription.spec, kRigState.spec,          kRigSamples.spec,   kRigCommand.spec,
-    kRigReply.spec,       kTrialCommand.spec,      kTrialOutcome.spec, kTrialVerdict.spec,
-    kEstimateLive.spec,   kEstimateCondition.spec, kSessionPlan.spec,  kSessionState.spec,
-    kSessionCommand.spec, kSessionReply.spec,      kSessionCue.spec,   kArchiveReceipt.spec,
-    kArchiveResend.spec,  kServiceHealth.spec,
+    kRigDescription.spec,       kRigState.spec,       kRigSamples.spec,     kRigTiming.spec,
+    kRigFlightRecord.spec,      kRigCommand.spec,     kRigReply.spec,       kTrialCommand.spec,
+    kTrialOutcome.spec,         kTrialVerdict.spec,   kEstimateLive.spec,   kEstimateCondition.spec,
+    kSessionPlan.spec,          kSessionState.spec,   kSessionCommand.spec, kSessionReply.spec,
+    kSessionCue.spec,           kArchiveReceipt.spec, kArchiveResend.spec,  kServiceHealth.spec,
+    kServiceConfiguration.spec, kClockProbe.spec,     kClockEcho.spec,      kClockOffset.spec,
 };
 
 }  // namespace tonus::topics

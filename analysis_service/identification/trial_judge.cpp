@@ -97,6 +97,7 @@ struct Traces {
   Section hold;  // of the bias force
   bool is_hold_timed = false;
   Section perturbation;
+  Section way_back;  // up to the last row; empty in recordings
 };
 
 Traces traces_of(const MeasuredTrial& trial, std::size_t onset, const RigGeometry& rig,
@@ -116,7 +117,26 @@ Traces traces_of(const MeasuredTrial& trial, std::size_t onset, const RigGeometr
   });
   if (!traces.is_hold_timed) traces.hold = traces.rest;  // a recording knows no phases of the bias
   traces.perturbation = perturbation_from(trial.rows, onset);
+  traces.way_back = {traces.perturbation.end, trial.rows.size()};
   return traces;
+}
+
+/// Measured::resistance.
+double resistance(const Traces& traces, const TrialReport& report, const JudgeLimits& limits) {
+  const std::size_t rows = rows_of(limits.speed_window, report.sample_rate, 2);
+  const auto last_force = [&](const Section& section) {
+    const auto force = part(traces.force, section);
+    return mean(force.last(std::min(rows, force.size()))).norm();
+  };
+  if (report.plan.is_loaded()) {
+    const bool has_way_back = traces.way_back.rows() >= 2 * rows;
+    return has_way_back ? last_force(traces.way_back) : std::numeric_limits<double>::infinity();
+  }
+  const auto moved = part(traces.position, traces.perturbation);
+  const auto end = mean(moved.last(std::min(rows, moved.size())));
+  const bool is_displaced =
+      (end - mean(part(traces.position, traces.rest))).norm() >= limits.resisted_displacement;
+  return is_displaced ? last_force(traces.perturbation) : std::numeric_limits<double>::infinity();
 }
 
 void measure(const Traces& traces, const TrialReport& report, const JudgeLimits& limits, int axes,
@@ -143,6 +163,7 @@ void measure(const Traces& traces, const TrialReport& report, const JudgeLimits&
   out.excursion = mean_distances(moved, 1, mean(rest)).largest;
   const std::size_t end_rows = std::min(rows_of(limits.end, report.sample_rate, 2), moved.size());
   out.end_speed = largest_speed(moved.last(end_rows), window, period);
+  if (axes == 2) out.resistance = resistance(traces, report, limits);
 }
 
 void judge_bias(const TrialPlan& plan, bool is_hold_timed, const Measured& measured,
@@ -183,6 +204,10 @@ void judge_motion(const TrialPlan& plan, bool is_hold_timed, const Measured& m, 
   findings.add_if(m.excursion > limits.excursion, Defect::kExcursion,
                   fmt::format("hand moved {:.1f} mm, allowed {:.1f} mm", kMillimetres * m.excursion,
                               kMillimetres * limits.excursion));
+  findings.add_if(
+      m.resistance < limits.resistance, Defect::kLetGo,
+      fmt::format("the hand pushed with {:.2f} N {}, expected at least {:.2f} N", m.resistance,
+                  plan.is_loaded() ? "after the perturbation" : "when displaced", limits.resistance));
   findings.add_if(m.end_speed > limits.end_speed, Defect::kNotAtRest,
                   fmt::format("{:.1f} mm/s at the end, allowed {:.1f} mm/s", kMillimetres * m.end_speed,
                               kMillimetres * limits.end_speed));
@@ -222,6 +247,8 @@ std::string_view name_of(Defect defect) {
       return "not at rest";
     case Defect::kUnknownRig:
       return "unknown rig";
+    case Defect::kLetGo:
+      return "let go";
   }
   return "unknown";
 }

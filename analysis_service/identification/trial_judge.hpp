@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <limits>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -22,6 +23,7 @@ enum class Defect : std::uint8_t {
   kExcursion,       ///< The hand moved further than allowed.
   kNotAtRest,       ///< It still moved at the end of the perturbation.
   kUnknownRig,      ///< No description to convert with.
+  kLetGo,           ///< The handle was moved, and nothing resisted it.
 };
 
 /// What a valid trial keeps within. Defaults are those of the published protocol where it states one.
@@ -41,6 +43,11 @@ struct JudgeLimits {
   /// and may end after 1.5 s: what is left of its ringing then stays below 0.020 m/s. A hand that lets go or
   /// acts is faster.
   double end_speed = 0.025;
+
+  /// N, of a hand that holds the handle where it has to push (Measured::resistance). Less is no hand: the
+  /// weakest published stiffness at 2 mm of displacement gives 0.1 N, a bare handle at rest gives none.
+  double resistance = 0.05;
+  double resisted_displacement = 0.002;  ///< m at the end, unloaded; with less nothing is said of resistance.
 
   double rest = 0.5;        ///< s before the onset that are looked at, as many as identification uses.
   double least_rest = 0.1;  ///< s; with less there is nothing to judge the start by.
@@ -64,6 +71,10 @@ struct Measured {
   double bias_held = 0.0;          ///< s of hold before the onset.
   double excursion = 0.0;  ///< m, largest from the mean of the rest, onset to the end of the perturbation.
   double end_speed = 0.0;  ///< m/s, largest before that end.
+  /// N, mean force where a hand that holds the handle has to push: unloaded at the end of the perturbation,
+  /// displaced; loaded at the end of the way back, where the hand is again in its place and the motors have
+  /// given up the bias. Infinite where the trial says nothing of it.
+  double resistance = std::numeric_limits<double>::infinity();
   std::uint64_t saturated_rows = 0;  ///< From the rest to the end of the perturbation.
   std::uint64_t missing_rows = 0;
 };

@@ -246,6 +246,8 @@ v1::VerdictReason to_wire(Defect defect) {
       return v1::REASON_NOT_AT_REST;
     case Defect::kUnknownRig:
       return v1::REASON_UNKNOWN_RIG;
+    case Defect::kLetGo:
+      return v1::REASON_LET_GO;
   }
   return v1::REASON_NOT_COMPLETED;
 }

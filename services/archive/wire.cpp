@@ -61,7 +61,10 @@ Result<void> note(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample
 }  // namespace
 
 bool is_kept(const bus::TopicSpec& topic) {
-  return topic.qos.reliable && topic.name != topics::kArchiveReceipt.spec.name;
+  const auto is = [&topic](const bus::TopicSpec& other) { return topic.name == other.name; };
+  const bool is_own = is(topics::kArchiveReceipt.spec);
+  const bool is_clock_traffic = is(topics::kClockProbe.spec) || is(topics::kClockEcho.spec);
+  return topic.qos.reliable && !is_own && !is_clock_traffic;
 }
 
 Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample,

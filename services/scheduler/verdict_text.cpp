@@ -27,6 +27,8 @@ const char* reason_name(v1::VerdictReason reason) {
       return "not at rest";
     case v1::REASON_UNKNOWN_RIG:
       return "unknown rig";
+    case v1::REASON_LET_GO:
+      return "let go";
   }
   return "unknown reason";
 }

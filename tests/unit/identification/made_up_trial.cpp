@@ -117,7 +117,8 @@ MeasuredTrial made_up_trial(const Recipe& recipe) {
       Eigen::Vector2d force = (arm.M * step.acceleration + arm.B * step.rate + arm.K * step.value) * way;
       if (part.phase == Phase::kBiasRamp)
         force += static_cast<double>(i) / static_cast<double>(rows) * recipe.bias;
-      if (part.phase == Phase::kBiasHold || part.phase == Phase::kPerturbing) force += recipe.bias;
+      // On the way back too: the arm, again in its place, pushes as it did before.
+      if (part.phase >= Phase::kBiasHold && part.phase <= Phase::kReturning) force += recipe.bias;
       if (recipe.added_way) position += recipe.added_way(t, part.phase);
       if (recipe.added_force) force += recipe.added_force(t, part.phase);
       Row row;

@@ -14,6 +14,7 @@ using ::testing::HasSubstr;
 using ::testing::IsEmpty;
 using testing::made_up_trial;
 using testing::Recipe;
+using testing::TrueArm;
 
 Verdict judge(const MeasuredTrial& trial, const RigGeometry& rig = testing::made_up_rig()) {
   return TrialJudge().judge(trial, &rig);
@@ -196,6 +197,34 @@ TEST(TrialJudge, DoesNotTakeTheWayBackForUnrest) {
     return phase == Phase::kReturning ? Eigen::Vector2d(0.1 * (t - 1.75), 0.0) : Eigen::Vector2d(0.0, 0.0);
   };
   EXPECT_TRUE(judge(made_up_trial(recipe)).is_valid);
+}
+
+TEST(TrialJudge, RefusesAHandThatLetGoDuringThePerturbation) {
+  const TrueArm arm;
+  Recipe recipe;
+  recipe.added_force = [&](double t, Phase phase) {
+    return phase == Phase::kPerturbing && t > 0.5 ? Eigen::Vector2d(-arm.K * Eigen::Vector2d(0.005, 0.0))
+                                                  : Eigen::Vector2d(0.0, 0.0);
+  };
+  const auto verdict = judge(made_up_trial(recipe));
+  EXPECT_THAT(verdict.defects, ElementsAre(Defect::kLetGo));
+  EXPECT_NEAR(verdict.measured.resistance, 0.0, 1e-9);
+}
+
+TEST(TrialJudge, RefusesAHandThatLetGoUnderABias) {
+  Recipe recipe = loaded();
+  recipe.added_force = [&](double, Phase phase) {
+    return phase == Phase::kReturning ? Eigen::Vector2d(-recipe.bias) : Eigen::Vector2d(0.0, 0.0);
+  };
+  EXPECT_THAT(judge(made_up_trial(recipe)).defects, ElementsAre(Defect::kLetGo));
+}
+
+TEST(TrialJudge, LetsAPerturbationIntoTheSpringCentrePassThatLeavesNoForce) {
+  const TrueArm arm;
+  Recipe recipe = loaded();
+  recipe.bias = -arm.K * Eigen::Vector2d(0.005, 0.0);  // N, all of it relieved by the displacement
+  const auto verdict = judge(made_up_trial(recipe));
+  EXPECT_TRUE(verdict.is_valid) << verdict.detail;
 }
 
 TEST(TrialJudge, NamesATrialThatTheRigDidNotComplete) {

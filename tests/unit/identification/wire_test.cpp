@@ -93,10 +93,10 @@ TEST(Wire, TellsEveryPhaseApartAndTakesAnUnknownOneForNone) {
 
 TEST(Wire, TellsEveryDefectApart) {
   std::set<std::uint32_t> reasons;
-  for (int defect = 0; defect <= static_cast<int>(Defect::kUnknownRig); ++defect) {
+  for (int defect = 0; defect <= static_cast<int>(Defect::kLetGo); ++defect) {
     reasons.insert(to_wire(static_cast<Defect>(defect)));
   }
-  EXPECT_THAT(reasons, SizeIs(v1::REASON_UNKNOWN_RIG + 1));
+  EXPECT_THAT(reasons, SizeIs(v1::REASON_LET_GO + 1));
 }
 
 TEST(Wire, TellsEveryEndOfATrialApart) {
