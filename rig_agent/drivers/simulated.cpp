@@ -58,8 +58,8 @@ void Simulated::begin_trial(const TrialNotice& notice) noexcept {
   const bool is_same = is_seated_ && notice.posture == seat_.posture &&
                        notice.shoulder.angle == seat_.shoulder.angle &&
                        notice.shoulder.origin == seat_.shoulder.origin;
-  if (is_same) return;
-  plant_->seat(notice.shoulder, notice.posture);
+  if (!is_same) plant_->seat(notice.shoulder, notice.posture);
+  plant_->begin_trial();
   seat_ = notice;
   is_seated_ = true;
 }

@@ -39,6 +39,9 @@ class Plant {
   /// rest.
   void seat(const ShoulderPose& shoulder, const Eigen::Vector2d& posture) noexcept;
 
+  /// Tells the subject that a trial begins. REALTIME.
+  void begin_trial() noexcept { subject_.begin_trial(); }
+
   /// Advances by one period under the commanded joint torques (N m), clipped to the motors' limits.
   void step(const Eigen::Vector2d& torque) noexcept;
 

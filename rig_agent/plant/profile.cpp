@@ -112,6 +112,29 @@ void read(TomlSection s, RecentringEffect& recentring) {
   s.finish();
 }
 
+void read(TomlSection s, ModulationEffect& modulation) {
+  s.flag("is_on", modulation.is_on);
+  s.number("gain_per_N", modulation.gain, 0.0, 10.0);
+  s.number("time_constant_s", modulation.time_constant, 0.05, 100.0);
+  s.finish();
+}
+
+void read(TomlSection s, MisconductEffect& misconduct) {
+  constexpr std::uint64_t kMost = 1'000'000;
+  s.flag("is_on", misconduct.is_on);
+  s.counts("pushes_early_in_trials", misconduct.pushes_early, 1, kMost);
+  s.counts("drifts_off_in_trials", misconduct.drifts_off, 1, kMost);
+  s.counts("lets_go_in_trials", misconduct.lets_go, 1, kMost);
+  s.number("after_s", misconduct.after, 0.0, 100.0);
+  s.number("push_N", misconduct.push, 0.0, 50.0);
+  s.number("push_period_s", misconduct.push_period, 0.05, 10.0);
+  s.number("drift_m", misconduct.drift, -0.1, 0.1);
+  s.number("drift_time_s", misconduct.drift_time, 0.1, 100.0);
+  s.number("grip_speed_m_per_s", misconduct.grip_speed, 1e-3, 1.0);
+  s.number("grip_latency_s", misconduct.grip_latency, 0.0, 10.0);
+  s.finish();
+}
+
 void read(TomlSection s, SubjectProfile& subject) {
   Eigen::Vector2d lengths(subject.links.l1, subject.links.l2);
   s.pair("link_lengths_m", lengths, 0.1, 0.6);
@@ -128,6 +151,8 @@ void read(TomlSection s, SubjectProfile& subject) {
   read(s.section("fatigue"), subject.fatigue);
   read(s.section("letting_go"), subject.letting_go);
   read(s.section("recentring"), subject.recentring);
+  read(s.section("modulation"), subject.modulation);
+  read(s.section("misconduct"), subject.misconduct);
   s.finish();
 }
 

@@ -25,7 +25,8 @@ Subject::Subject(const SubjectProfile& profile, double period, std::uint64_t see
       tremor_noise_(seed, kTremorStream),
       drift_noise_(seed, kDriftStream),
       reaction_noise_(seed, kReactionStream),
-      past_(std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(profile.reflex.delay / period)))) {
+      past_(std::max<std::size_t>(1, static_cast<std::size_t>(std::lround(profile.reflex.delay / period)))),
+      misconduct_(profile.misconduct, period) {
   take_posture(profile.posture);
 }
 
@@ -33,23 +34,31 @@ void Subject::take_posture(const Eigen::Vector2d& posture) noexcept {
   posture_ = posture;
   rest_ = posture;
   is_provoked_ = false;
+  offset_.setZero();
+  held_force_ = 0.0;
   drive_.equilibrium = profile_.links.angles_at(posture);
   std::fill(past_.begin(), past_.end(), Past{});
 }
 
 const SubjectDrive& Subject::begin_period(const ArmMotion& arm) noexcept {
+  drive_.force.setZero();
+  drive_.is_holding = true;
+  if (arm.hand_velocity.norm() > profile_.recentring.speed) quick_until_ = time_ + profile_.recentring.pause;
+  if (profile_.misconduct.is_on) misbehave(arm);
+  if (profile_.modulation.is_on) modulate(arm);
+  drive_.scale = 1.0;
+  if (profile_.modulation.is_on) drive_.scale += profile_.modulation.gain * held_force_;
   if (profile_.fatigue.is_on) {
-    drive_.scale = 1.0 - profile_.fatigue.depth * (1.0 - std::exp(-time_ / profile_.fatigue.time_constant));
+    drive_.scale *= 1.0 - profile_.fatigue.depth * (1.0 - std::exp(-time_ / profile_.fatigue.time_constant));
   }
   if (profile_.recentring.is_on) recentre(arm);
   if (profile_.reflex.is_on) drive_.torque = reflex_torque(arm);
-  drive_.force.setZero();
   if (profile_.tremor.is_on) drive_.force += tremor_force();
   if (profile_.drift.is_on) drive_.force += drift_force();
   if (profile_.reaction.is_on) drive_.force += reaction_force(arm);
   if (profile_.letting_go.is_on) {
     const double since = time_ - profile_.letting_go.at;
-    drive_.is_holding = since < 0.0 || since >= profile_.letting_go.duration;
+    drive_.is_holding &= since < 0.0 || since >= profile_.letting_go.duration;
   }
   time_ += period_;
   return drive_;
@@ -107,11 +116,32 @@ Eigen::Vector2d Subject::reaction_force(const ArmMotion& arm) noexcept {
 
 void Subject::recentre(const ArmMotion& arm) noexcept {
   const RecentringEffect& effect = profile_.recentring;
-  if (arm.hand_velocity.norm() > effect.speed) quick_until_ = time_ + effect.pause;
   if (time_ < quick_until_ || !profile_.links.reaches(arm.hand)) return;
   const Eigen::Matrix2d jacobian = profile_.links.jacobian(arm.angles);
   drive_.equilibrium +=
-      (period_ / effect.time_constant) * (control::inverse(jacobian) * (posture_ - arm.hand));
+      (period_ / effect.time_constant) * (control::inverse(jacobian) * (posture_ + offset_ - arm.hand));
+}
+
+// The muscles' steady torque, as a force at the hand: f = J^-T K (t_eq - t).
+void Subject::modulate(const ArmMotion& arm) noexcept {
+  if (time_ < quick_until_ || !profile_.links.reaches(arm.hand)) return;
+  const Eigen::Vector2d torque =
+      drive_.scale * (profile_.stiffness.matrix() * (drive_.equilibrium - arm.angles));
+  const Eigen::Matrix2d jacobian = profile_.links.jacobian(arm.angles);
+  const double force = (control::inverse(jacobian).transpose() * torque).norm();
+  held_force_ += (period_ / profile_.modulation.time_constant) * (force - held_force_);
+}
+
+void Subject::misbehave(const ArmMotion& arm) noexcept {
+  const Misconduct::Act act = misconduct_.begin_period(arm.hand_velocity.norm());
+  drive_.force += act.force;
+  drive_.is_holding = act.is_holding;
+  if (act.offset == offset_) return;
+  if (profile_.links.reaches(arm.hand)) {
+    const Eigen::Matrix2d jacobian = profile_.links.jacobian(arm.angles);
+    drive_.equilibrium += control::inverse(jacobian) * (act.offset - offset_);
+  }
+  offset_ = act.offset;
 }
 
 }  // namespace tonus::plant

@@ -14,7 +14,7 @@ namespace tonus::plant {
 /// What the subject does within one period of the loop.
 struct SubjectDrive {
   Eigen::Vector2d equilibrium = Eigen::Vector2d::Zero();  ///< Joint angles of the spring centre, rad.
-  double scale = 1.0;                                     ///< Of stiffness and damping (fatigue).
+  double scale = 1.0;                                     ///< Of stiffness and damping (fatigue, modulation).
   Eigen::Vector2d torque = Eigen::Vector2d::Zero();       ///< N m at the joints (reflex).
   Eigen::Vector2d force = Eigen::Vector2d::Zero();        ///< N at the hand, in S (tremor, drift, reaction).
   bool is_holding = true;                                 ///< The hand holds the handle.
@@ -36,6 +36,8 @@ class Subject {
 
   /// A new posture (m in S): spring centre and rest are there.
   void take_posture(const Eigen::Vector2d& posture) noexcept;
+  /// A trial begins. REALTIME.
+  void begin_trial() noexcept { misconduct_.begin_trial(); }
 
   const SubjectDrive& begin_period(const ArmMotion& arm) noexcept;
   [[nodiscard]] const SubjectDrive& drive() const noexcept { return drive_; }
@@ -46,6 +48,8 @@ class Subject {
   [[nodiscard]] Eigen::Vector2d drift_force() noexcept;
   [[nodiscard]] Eigen::Vector2d reaction_force(const ArmMotion& arm) noexcept;
   void recentre(const ArmMotion& arm) noexcept;
+  void modulate(const ArmMotion& arm) noexcept;
+  void misbehave(const ArmMotion& arm) noexcept;
 
   const SubjectProfile profile_;
   const double period_;
@@ -74,6 +78,10 @@ class Subject {
   Eigen::Vector2d reaction_direction_ = Eigen::Vector2d::Zero();
 
   double quick_until_ = 0.0;
+  double held_force_ = 0.0;  // N, steady force of the hand.
+
+  Misconduct misconduct_;
+  Eigen::Vector2d offset_ = Eigen::Vector2d::Zero();  // m, of the wanted place of the hand from the posture.
 };
 
 }  // namespace tonus::plant

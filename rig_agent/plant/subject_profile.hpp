@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 
+#include "rig_agent/plant/misconduct.hpp"
 #include "services/core/two_link.hpp"
 
 namespace tonus::plant {
@@ -79,6 +80,15 @@ struct RecentringEffect {
   double pause = 2.0;          ///< s.
 };
 
+/// The subject stiffens against the force that he holds: stiffness and damping of all muscles are multiplied
+/// by 1 + gain |f|, f the steady force of the hand (N), which follows with the time constant and rests, as in
+/// recentring, while the hand is in quick motion.
+struct ModulationEffect {
+  bool is_on = false;
+  double gain = 0.4;           ///< 1/N.
+  double time_constant = 0.5;  ///< s.
+};
+
 /// A subject's right arm: two uniform cylinders, linear joint stiffness and damping about the posture, and
 /// the effects of a living arm, all off by default.
 struct SubjectProfile {
@@ -96,6 +106,8 @@ struct SubjectProfile {
   FatigueEffect fatigue;
   LettingGoEffect letting_go;
   RecentringEffect recentring;
+  ModulationEffect modulation;
+  MisconductEffect misconduct;
 };
 
 }  // namespace tonus::plant

@@ -53,12 +53,23 @@ void TomlSection::pair(std::string_view key, Eigen::Vector2d& target, double low
 void TomlSection::count(std::string_view key, std::uint64_t& target, std::uint64_t low, std::uint64_t high) {
   const toml::node* node = find(key);
   if (node == nullptr) return;
-  const auto value = node->value_exact<std::int64_t>();
-  if (!value || *value < 0 || static_cast<std::uint64_t>(*value) < low ||
-      static_cast<std::uint64_t>(*value) > high) {
+  if (!is_count(*node, low, high))
     return refuse(key, *node, fmt::format("a whole number from {} to {}", low, high));
+  target = static_cast<std::uint64_t>(node->value_exact<std::int64_t>().value_or(0));
+}
+
+void TomlSection::counts(std::string_view key, std::vector<std::uint64_t>& target, std::uint64_t low,
+                         std::uint64_t high) {
+  const toml::node* node = find(key);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  const auto is_good = [&](const toml::node& element) { return is_count(element, low, high); };
+  if (array == nullptr || !std::all_of(array->begin(), array->end(), is_good)) {
+    return refuse(key, *node, fmt::format("a list of whole numbers from {} to {}", low, high));
   }
-  target = static_cast<std::uint64_t>(*value);
+  target.clear();
+  for (const toml::node& element : *array)
+    target.push_back(static_cast<std::uint64_t>(element.value_exact<std::int64_t>().value_or(0)));
 }
 
 void TomlSection::count(std::string_view key, unsigned& target, unsigned low, unsigned high) {
@@ -102,6 +113,12 @@ std::string TomlSection::name_of(std::string_view key) const {
 
 void TomlSection::refuse(std::string_view key, const toml::node& node, const std::string& allowed) {
   problem_.report(fmt::format("{} is {}, allowed is {}", name_of(key), text_of(node), allowed));
+}
+
+bool TomlSection::is_count(const toml::node& node, std::uint64_t low, std::uint64_t high) {
+  const auto value = node.value_exact<std::int64_t>();
+  return value && *value >= 0 && static_cast<std::uint64_t>(*value) >= low &&
+         static_cast<std::uint64_t>(*value) <= high;
 }
 
 // Whole numbers are numbers too; a value that is not finite is outside every limit.

@@ -39,6 +39,8 @@ class TomlSection {
   void count(std::string_view key, std::uint64_t& target, std::uint64_t low, std::uint64_t high);
   void count(std::string_view key, unsigned& target, unsigned low, unsigned high);
   void flag(std::string_view key, bool& target);
+  void counts(std::string_view key, std::vector<std::uint64_t>& target, std::uint64_t low,
+              std::uint64_t high);
   [[nodiscard]] TomlSection section(std::string_view key);
   void finish();
 
@@ -46,6 +48,7 @@ class TomlSection {
   [[nodiscard]] const toml::node* find(std::string_view key);
   [[nodiscard]] std::string name_of(std::string_view key) const;
   void refuse(std::string_view key, const toml::node& node, const std::string& allowed);
+  [[nodiscard]] static bool is_count(const toml::node& node, std::uint64_t low, std::uint64_t high);
   [[nodiscard]] bool in_limits(const toml::node& node, double low, double high, double& value) const;
 
   const toml::table* table_;

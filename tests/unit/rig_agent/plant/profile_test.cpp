@@ -44,9 +44,19 @@ TEST(Profile, HasSensorNoiseAloneByDefault) {
   ASSERT_TRUE(profile);
   const SubjectProfile& s = profile->subject;
   EXPECT_FALSE(s.reflex.is_on || s.tremor.is_on || s.drift.is_on || s.reaction.is_on || s.fatigue.is_on ||
-               s.letting_go.is_on || s.recentring.is_on);
+               s.letting_go.is_on || s.recentring.is_on || s.modulation.is_on || s.misconduct.is_on);
   EXPECT_EQ(profile->sensors.force_noise, 0.05);
   EXPECT_EQ(profile->sensors.encoder_counts_per_rev, 8000.0);
+}
+
+TEST(Profile, TakesListsOfTrialsAndRefusesOthers) {
+  const auto profile = parse_profile("[subject.misconduct]\nlets_go_in_trials = [3, 17]\n", "mine.toml");
+  ASSERT_TRUE(profile) << profile.error().message;
+  EXPECT_EQ(profile->subject.misconduct.lets_go, (std::vector<std::uint64_t>{3, 17}));
+  EXPECT_EQ(
+      refusal("[subject.misconduct]\nlets_go_in_trials = [0]"),
+      "mine.toml: subject.misconduct.lets_go_in_trials is [0], allowed is a list of whole numbers from 1 "
+      "to 1000000");
 }
 
 TEST(Profile, TakesWhatTheTextSaysAndKeepsTheRest) {

@@ -1,5 +1,6 @@
 #include "rig_agent/plant/subject.hpp"
 
+#include <Eigen/LU>
 #include <cmath>
 #include <complex>
 #include <gtest/gtest.h>
@@ -43,6 +44,42 @@ TEST(Subject, AnswersByReflexAfterItsDelayAndNotBefore) {
   // [[3 + 1, 1], [1, 3 + 1]] N m/rad against the stretch.
   const Eigen::Vector2d expected(-(4.0 * deviation[0] + deviation[1]), -(deviation[0] + 4.0 * deviation[1]));
   EXPECT_LT((subject.begin_period(stretched).torque - expected).norm(), 1e-12);
+}
+
+TEST(Subject, StiffensAgainstTheForceThatItHolds) {
+  SubjectProfile profile;
+  profile.modulation = {true, 0.4, 0.5};
+  Subject subject(profile, kPeriod, 1);
+  // Held 1 mm ahead of the posture at rest: the muscles' torque is K (t_eq - t), all of it scaled.
+  const ArmMotion held = arm_at(profile, {0.0, 0.001});
+  for (int i = 0; i < 20'000; ++i) subject.begin_period(held);
+  const double scale = subject.drive().scale;
+  const Eigen::Vector2d torque =
+      scale * (profile.stiffness.matrix() * (profile.links.angles_at(profile.posture) - held.angles));
+  const double force = profile.links.jacobian(held.angles).transpose().partialPivLu().solve(torque).norm();
+  EXPECT_GT(scale, 1.1);
+  EXPECT_NEAR(scale, 1.0 + 0.4 * force, 1e-6);
+}
+
+TEST(Subject, DoesNotStiffenWhileTheHandIsMovedQuickly) {
+  SubjectProfile profile;
+  profile.modulation = {true, 0.4, 0.5};
+  Subject subject(profile, kPeriod, 1);
+  ArmMotion pushed = arm_at(profile, {0.0, 0.005});
+  pushed.hand_velocity = {0.0, 0.05};
+  for (int i = 0; i < 2'000; ++i) ASSERT_EQ(subject.begin_period(pushed).scale, 1.0);
+}
+
+TEST(Subject, WandersOffTheTargetInAChosenTrial) {
+  SubjectProfile profile;
+  profile.misconduct.is_on = true;
+  profile.misconduct.drifts_off = {1};
+  Subject subject(profile, kPeriod, 1);
+  subject.begin_trial();
+  for (int i = 0; i < 5'000; ++i) subject.begin_period(arm_at(profile));
+  const Eigen::Vector2d wanted = profile.posture + Eigen::Vector2d(0.0, profile.misconduct.drift);
+  // One step along the Jacobian of the posture: second order in 9 mm.
+  EXPECT_LT((subject.drive().equilibrium - profile.links.angles_at(wanted)).norm(), 2e-3);
 }
 
 TEST(Subject, TremblesWithItsForceAtItsFrequency) {
