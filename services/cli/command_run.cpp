@@ -1,6 +1,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "services/cli/command_dry_run.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_end.hpp"
 #include "services/cli/session_run.hpp"
@@ -27,6 +28,10 @@ Result<void> check(const RunOptions& run) {
 
 Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& run) {
   if (auto good = check(run); !good) return good;
+  if (run.is_dry) {
+    if (run.protocol.empty()) return fail(ErrorCode::kInvalidArgument, "--dry-run needs a protocol");
+    return print_dry_run(run);
+  }
   if (auto text = protocol_text(run); !text) return text.error();
   auto end = OperatorEnd::join(common);
   if (!end) return end.error();
@@ -76,6 +81,8 @@ void add_run_command(CLI::App& app, Command& chosen) {
   command->add_option("--dataset", run->dataset,
                       "play every record of this BIDS dataset, instead of a protocol");
   command->add_option("--profile", run->profile, "of the simulated rig, for its truth beside the results");
+  command->add_flag("--dry-run", run->is_dry,
+                    "print trials, duration and extremes for the simulated rig, and move nothing");
   command->callback([common, run, &chosen] {
     chosen = [common, run] {
       runtime::start_log("tonus run", common->log_level);

@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <nlohmann/json.hpp>
+#include <numbers>
 #include <spdlog/fmt/fmt.h>
 
 namespace tonus::cli {
@@ -142,7 +143,44 @@ json condition(const ConditionResult& result) {
   return c;
 }
 
+json pair(const Eigen::Vector2d& v) { return json::array({v[0], v[1]}); }
+
+json modulation_json(const std::optional<impedance::Modulation>& modulation) {
+  if (!modulation) return nullptr;
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  return {{"size_ratio", modulation->size_ratio},
+          {"shape_ratio", modulation->shape_ratio},
+          {"rotation_deg", modulation->has_rotation ? json(kDegrees * modulation->rotation) : json(nullptr)}};
+}
+
+json loaded_set(const study::LoadedSet& set) {
+  return {{"set", set.set_number},
+          {"bias_N", pair(set.bias)},
+          {"X0_predicted_m", pair(set.predicted)},
+          {"X0_actual_m", pair(set.actual)},
+          {"X0_actual_std_m", pair(set.actual_std)},
+          {"magnitude_ratio", set.comparison.magnitude_ratio},
+          {"turn_deg", set.comparison.turn * 180.0 / std::numbers::pi},
+          {"K_modulation", modulation_json(set.stiffness)},
+          {"B_modulation", modulation_json(set.damping)},
+          {"sigma_N", pair(set.sigma)}};
+}
+
 }  // namespace
+
+json as_json(const std::vector<study::LoadedPosture>& postures) {
+  json all = json::array();
+  for (const study::LoadedPosture& posture : postures) {
+    json sets = json::array();
+    for (const study::LoadedSet& set : posture.sets) sets.push_back(loaded_set(set));
+    all.push_back({{"posture", posture.posture},
+                   {"run", posture.posture_index + 1},
+                   {"method", posture.method},
+                   {"sigma_unloaded_N", pair(posture.sigma_unloaded)},
+                   {"sets", sets}});
+  }
+  return all;
+}
 
 const char* status_name(v1::EstimateStatus status) {
   switch (status) {

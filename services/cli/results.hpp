@@ -6,6 +6,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis_service/study/loaded_postures.hpp"
 #include "rig_agent/plant/true_impedance.hpp"
 
 #include <idl/estimate.h>
@@ -38,6 +39,10 @@ struct ConditionResult {
 /// `{"schema": 1, "conditions": [...]}`: one object for each estimate, matrices row by row, units in the
 /// keys, or in `units` for one-axis rigs.
 [[nodiscard]] nlohmann::json as_json(const std::vector<ConditionResult>& results);
+
+/// One object for each posture and method that was measured under bias forces, with its sets: actual and
+/// predicted spring centres, modulation of K and B. Units in the keys.
+[[nodiscard]] nlohmann::json as_json(const std::vector<study::LoadedPosture>& postures);
 
 /// "ok", "undetermined" or "suspect".
 [[nodiscard]] const char* status_name(v1::EstimateStatus status);

@@ -116,11 +116,25 @@ std::vector<v1::Estimate> SessionClient::estimates(const Id& session) const {
 }
 
 bool SessionClient::has_estimated_every_valid_trial(const Id& session) const {
-  std::set<std::uint32_t> estimated;
+  // Trials behind the estimates of single sets, of unloaded sets among them, and of all unloaded sets
+  // together.
+  std::set<std::uint32_t> in_sets;
+  std::set<std::uint32_t> in_unloaded_sets;
+  std::set<std::uint32_t> in_all_sets;
+  bool is_loaded = false;
   for (const auto& [id, estimate] : estimates_) {
     if (estimate.session_id() != session) continue;
-    for (const auto& trial : estimate.trials()) estimated.insert(trial.attempt());
+    const bool has_bias = estimate.bias_N()[0] != 0.0 || estimate.bias_N()[1] != 0.0;
+    const bool is_single_set = estimate.set_number() != 0;
+    is_loaded |= has_bias;
+    for (const auto& trial : estimate.trials()) {
+      (is_single_set ? in_sets : in_all_sets).insert(trial.attempt());
+      if (is_single_set && !has_bias) in_unloaded_sets.insert(trial.attempt());
+    }
   }
+  // A loaded session shows its unloaded sets one by one, too.
+  if (is_loaded && in_unloaded_sets != in_all_sets) return false;
+  const auto& estimated = is_loaded ? in_sets : in_all_sets;
   return std::all_of(verdicts_.begin(), verdicts_.end(), [&](const auto& entry) {
     const auto& verdict = entry.second;
     return verdict.session_id() != session || !verdict.is_valid() || estimated.contains(verdict.attempt());

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/study/loaded_postures.hpp"
 #include "rig_agent/plant/true_impedance.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/recording_protocol.hpp"
@@ -63,6 +64,8 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
   const auto estimates = client.estimates(session);
   std::fputs("\n", stdout);
   for (const auto& estimate : estimates) std::printf("%s\n", as_text(estimate, *truth).c_str());
+  for (const auto& posture : study::loaded_postures(estimates))
+    std::printf("%s\n", study::as_text(posture).c_str());
   for (const auto& verdict : client.rejections(session)) {
     std::printf("trial %u rejected: %s\n", verdict.attempt(), verdict.detail().c_str());
   }
@@ -73,7 +76,9 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
     results.push_back({options.subject, to_hex(session), static_cast<int>(estimate.posture_index()) + 1,
                        rejected_of(client.rejections(session), estimate), estimate});
   }
-  return write_text_file(options.json, as_json(results).dump(1) + "\n");
+  nlohmann::json json = as_json(results);
+  json["loaded"] = as_json(study::loaded_postures(estimates));
+  return write_text_file(options.json, json.dump(1) + "\n");
 }
 
 }  // namespace

@@ -17,6 +17,7 @@ struct RunOptions {
   std::uint64_t seed = 1;
   std::string profile;  ///< Of the simulated rig, for the truth beside the results.
   std::string json;     ///< File for the results.
+  bool is_dry = false;  ///< Say what would be done, and do nothing.
 };
 
 /// Runs one session from start to end with a progress bar, prints its results on standard output and writes
