@@ -61,7 +61,7 @@ bool RigLoop::step(std::int64_t now_ns, unsigned missed_periods) noexcept {
     monitor_.check_handle(input.handle);
   }
 
-  if (input.takes_sample || status != drivers::DriverStatus::kOk) take_commands(input);
+  take_commands(input, input.takes_sample || status != drivers::DriverStatus::kOk);
   const bool is_safe = monitor_.latched() != 0;
   const Reference reference = is_safe ? trial_.fail(monitor_.latched()) : trial_.advance(input);
   const Eigen::Vector2d torque = control(reference);
@@ -80,7 +80,7 @@ bool RigLoop::wait_for_recording(const Surroundings& around) noexcept {
   CycleInput input;
   input.takes_sample = true;
   input.sequence = sequence_;
-  take_commands(input);
+  take_commands(input, true);
   if (monitor_.latched() != 0) (void)trial_.fail(monitor_.latched());
   publish(input);
   return false;
@@ -125,9 +125,14 @@ Eigen::Vector2d RigLoop::control(const Reference& reference) noexcept {
   return servo_.safe_torque(limits.safe_damping, limits.safe_torque);
 }
 
-void RigLoop::take_commands(const CycleInput& input) noexcept {
-  Command command;
-  while (commands_.try_pop(command)) replies_.try_push(carry_out(command, input));
+// A stop acts in the cycle that finds it. A trial starts with a sample: its command, and what stands behind
+// it, waits for that.
+void RigLoop::take_commands(const CycleInput& input, bool may_start) noexcept {
+  while (has_next_command_ || commands_.try_pop(next_command_)) {
+    has_next_command_ = next_command_.kind == CommandKind::kStartTrial && !may_start;
+    if (has_next_command_) return;
+    replies_.try_push(carry_out(next_command_, input));
+  }
 }
 
 CommandReply RigLoop::carry_out(const Command& command, const CycleInput& input) noexcept {

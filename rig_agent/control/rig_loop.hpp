@@ -120,7 +120,7 @@ class RigLoop {
   [[nodiscard]] Eigen::Vector2d control(const Reference& reference) noexcept;
   bool wait_for_recording(const Surroundings& around) noexcept;
 
-  void take_commands(const CycleInput& input) noexcept;
+  void take_commands(const CycleInput& input, bool may_start) noexcept;
   [[nodiscard]] CommandReply carry_out(const Command& command, const CycleInput& input) noexcept;
   [[nodiscard]] CommandReply clear_faults(std::uint64_t request) noexcept;
 
@@ -141,6 +141,8 @@ class RigLoop {
   FlightRecorder recorder_;
 
   SpscQueue<Command> commands_;
+  Command next_command_;  // Taken from the queue, and waiting for a sample if it has_next_command_.
+  bool has_next_command_ = false;
   SpscQueue<CommandReply> replies_;
   SpscQueue<SampleRecord> samples_;
   SpscQueue<TrialResult> results_;

@@ -120,6 +120,29 @@ TEST(RigLoop, AbortsATrialByCommand) {
   EXPECT_EQ(rig.loop().state().phase, Phase::kIdle);
 }
 
+TEST(RigLoop, StopsWithinOneControlPeriodOfReceivingAnAbortInEveryPhase) {
+  for (const Phase phase : {Phase::kCentring, Phase::kWaiting, Phase::kBiasRamp, Phase::kBiasHold,
+                            Phase::kPerturbing, Phase::kReturning}) {
+    SimulatedRig rig;
+    TrialProgram program = rig.program();
+    program.bias = {0.6, -0.6};
+    rig.start(program);
+    ASSERT_TRUE(rig.step_until_phase(phase)) << phase_name(phase);
+    for (int i = 0; i < 30; ++i) rig.step();
+    ASSERT_EQ(rig.loop().state().phase, phase);
+    Command abort;
+    abort.request = 77;
+    abort.kind = CommandKind::kAbort;
+    ASSERT_TRUE(rig.loop().post(abort));
+    rig.step();
+    EXPECT_EQ(rig.loop().state().phase, Phase::kIdle) << phase_name(phase);
+    TrialResult result;
+    ASSERT_TRUE(rig.loop().next_result(result)) << phase_name(phase);
+    EXPECT_EQ(result.outcome, TrialOutcome::kAborted);
+    EXPECT_EQ(result.ended_in, phase);
+  }
+}
+
 TEST(RigLoop, CountsWhatTheConsumerDidNotTake) {
   plant::Profile profile;
   drivers::Simulated driver(profile);
