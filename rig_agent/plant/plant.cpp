@@ -71,7 +71,8 @@ void Plant::take_hold() noexcept {
 
 void Plant::step(const Eigen::Vector2d& torque) noexcept {
   const Eigen::Vector2d& limit = profile_.manipulandum.torque_limits;
-  const Eigen::Vector2d command = torque.cwiseMin(limit).cwiseMax(-limit);
+  const Eigen::Vector2d given = profile_.manipulandum.motor_gains.cwiseProduct(torque);
+  const Eigen::Vector2d command = given.cwiseMin(limit).cwiseMax(-limit);
   const control::TwoLinkState arm(profile_.subject.links, state_.t);
   const SubjectDrive& drive =
       subject_.begin_period({state_.t, state_.t_rate, arm.point, arm.jacobian * state_.t_rate});

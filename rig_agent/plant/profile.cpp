@@ -26,6 +26,7 @@ void read(TomlSection s, ManipulandumProfile& rig) {
   s.pair("coulomb_friction_Nm", rig.friction.coulomb, 0.0, 5.0);
   s.number("coulomb_smoothing_rad_per_s", rig.friction.smoothing, 1e-3, 1.0);
   s.pair("torque_limits_Nm", rig.torque_limits, 0.1, 500.0);
+  s.pair("motor_gains", rig.motor_gains, 0.0, 2.0);
   s.number("motor_time_constant_s", rig.motor_time_constant, 0.0, 0.1);
   s.pair("home_m", rig.home, -4.0, 4.0);
   s.finish();

@@ -22,6 +22,7 @@ struct ManipulandumProfile {
   double tip_mass = 0.30;  ///< kg, sensor and handle, without the part beyond the flexure.
   control::JointFriction friction{{0.05, 0.05}, {0.03, 0.03}, 0.02};
   Eigen::Vector2d torque_limits{25.0, 25.0};  ///< N m.
+  Eigen::Vector2d motor_gains{1.0, 1.0};      ///< Torque given over torque commanded; less: weak motors.
   double motor_time_constant = 0.001;         ///< s, first-order lag from command to torque; 0 = none.
   Eigen::Vector2d home{0.30, 0.35};           ///< m in R, where the handle is at the start.
 };

@@ -34,6 +34,11 @@ void ProgressBar::show(std::uint64_t done, std::uint64_t total, const std::strin
   is_drawn_ = true;
 }
 
+void ProgressBar::say(const std::string& line) {
+  clear();
+  std::fprintf(stderr, "%s\n", line.c_str());
+}
+
 void ProgressBar::clear() {
   if (!is_drawn_) return;
   std::fputs("\r\033[K", stderr);

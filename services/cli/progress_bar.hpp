@@ -16,6 +16,8 @@ class ProgressBar {
 
   /// Clears the line, so that something else can be printed.
   void clear();
+  /// Writes a line that stays, above the bar.
+  void say(const std::string& line);
 
  private:
   std::string title_;

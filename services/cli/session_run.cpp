@@ -27,7 +27,6 @@ bool is_over(const std::optional<v1::SessionState>& state) {
 std::string remark_of(const v1::SessionState& state) {
   std::string remark = state.posture();
   if (state.rejected() > 0) remark += fmt::format(", {} rejected", state.rejected());
-  if (!state.waiting_for().empty()) remark += ", waiting for: " + state.waiting_for();
   return remark;
 }
 
@@ -110,12 +109,17 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
   std::fflush(stdout);
 
   ProgressBar progress("trials");
+  std::string waited_for;
   bool is_aborting = false;
   while (!is_over(client.state(session))) {
     (void)client.wait_for([&] { return is_over(client.state(session)); }, kTick);
     if (auto ticked = tick(); !ticked) return ticked;
-    if (const auto& state = client.state(session))
+    if (const auto& state = client.state(session)) {
+      if (state->waiting_for() != waited_for && !state->waiting_for().empty())
+        progress.say("the session waits for " + state->waiting_for());
+      waited_for = state->waiting_for();
       progress.show(state->counted(), state->planned(), remark_of(*state));
+    }
     if (interrupted() && !is_aborting) {
       is_aborting = true;
       v1::SessionCommand abort;
