@@ -31,7 +31,7 @@ int main(int argc, char** argv) {
   auto endpoints = identification::ServiceEndpoints::create(**bus, notifier);
   if (!endpoints) return runtime::report(program, endpoints.error());
   const SystemClock clock;
-  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_IDENTIFICATION, common);
+  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_IDENTIFICATION, common, notifier);
   if (!health) return runtime::report(program, health.error());
   auto roster = runtime::Roster::create(**bus, clock, notifier);
   if (!roster) return runtime::report(program, roster.error());

@@ -21,18 +21,20 @@ constexpr Clock::Duration kSendAgain = std::chrono::milliseconds(20);
 
 }  // namespace
 
-ArchiveService::ArchiveService(Ingest& ingest, const Clock& clock, std::vector<Source> sources,
-                               bus::TypedWriter<v1::ArchiveReceipt> receipts,
+ArchiveService::ArchiveService(Ingest& ingest, const Clock& clock, DiskWatch* disk,
+                               std::vector<Source> sources, bus::TypedWriter<v1::ArchiveReceipt> receipts,
                                bus::TypedWriter<v1::ArchiveResend> resends)
     : ingest_(ingest),
       clock_(clock),
+      disk_(disk),
       sources_(std::move(sources)),
       receipts_(std::move(receipts)),
       resends_(std::move(resends)) {}
 
 Result<std::unique_ptr<ArchiveService>> ArchiveService::create(bus::Bus& bus, Ingest& ingest,
                                                                const Clock& clock,
-                                                               std::shared_ptr<bus::Notifier> notifier) {
+                                                               std::shared_ptr<bus::Notifier> notifier,
+                                                               DiskWatch* disk) {
   auto receipts = bus::TypedWriter<v1::ArchiveReceipt>::create(bus, topics::kArchiveReceipt);
   if (!receipts) return receipts.error();
   auto resends = bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend);
@@ -45,7 +47,7 @@ Result<std::unique_ptr<ArchiveService>> ArchiveService::create(bus::Bus& bus, In
     sources.push_back({topic, std::move(*reader)});
   }
   return std::unique_ptr<ArchiveService>(
-      new ArchiveService(ingest, clock, std::move(sources), std::move(*receipts), std::move(*resends)));
+      new ArchiveService(ingest, clock, disk, std::move(sources), std::move(*receipts), std::move(*resends)));
 }
 
 Clock::TimePoint ArchiveService::step() {
@@ -53,8 +55,10 @@ Clock::TimePoint ArchiveService::step() {
   const Decisions decisions = ingest_.step();
   send(decisions);
   const Clock::TimePoint now = clock_.now();
+  Clock::TimePoint due = decisions.due;
+  if (disk_ != nullptr) due = std::min(due, disk_->measure_if_due(ingest_.status()));
   if (is_more_there) return now;
-  return unsent_.empty() ? decisions.due : std::min(decisions.due, now + kSendAgain);
+  return unsent_.empty() ? due : std::min(due, now + kSendAgain);
 }
 
 bool ArchiveService::take_all() {
@@ -62,7 +66,9 @@ bool ArchiveService::take_all() {
   for (Source& source : sources_) {
     samples_.clear();
     is_more_there |= source.reader->take(samples_, kBatch) == kBatch;
+    taken_ += samples_.size();
     for (const bus::Sample& sample : samples_) {
+      if (disk_ != nullptr) disk_->note(source.topic, sample);
       if (auto fed = feed(ingest_, source.topic, sample, clock_.utc_ns()); !fed) {
         ++malformed_;
         spdlog::warn("{}: a message cannot be used: {}", source.topic.name, fed.error().message);
@@ -81,6 +87,8 @@ void ArchiveService::send(const Decisions& decisions) {
   std::vector<v1::ArchiveReceipt> receipts = std::exchange(unsent_, {});
   for (const TrialReceipt& receipt : decisions.trial_receipts) receipts.push_back(to_wire(receipt));
   for (const StreamReceipt& receipt : decisions.stream_receipts) receipts.push_back(to_wire(receipt));
+  for (const SessionCertificate& certificate : decisions.session_receipts)
+    receipts.push_back(to_wire(certificate));
   for (v1::ArchiveReceipt& receipt : receipts) {
     if (const auto sent = receipts_.write(receipt); !sent) {
       spdlog::warn("a receipt waits: {}", sent.error().message);
@@ -103,6 +111,9 @@ void ArchiveService::send(const Decisions& decisions) {
 
 std::string ArchiveService::why_not_ready() const {
   if (std::string failure = ingest_.status().failure; !failure.empty()) return failure;
+  if (disk_ != nullptr) {
+    if (std::string refusal = disk_->refusal(); !refusal.empty()) return refusal;
+  }
   for (const Source& source : sources_) {
     if (source.topic.name != topics::kRigSamples.spec.name) continue;
     if (source.reader->status().matched_writers == 0) return "waits for a rig";

@@ -57,6 +57,12 @@ Result<void> Ingest::recover() {
   for (const TrialRecord& trial : *trials) {
     if (trial.is_certified) owed_.push_back(receipt_of(trial));
   }
+  const auto certificates = store_.session_certificates();
+  if (!certificates) return certificates.error();
+  for (const SessionCertificate& certificate : *certificates) {
+    ended_[certificate.session] = {certificate.end, true};
+    if (certificate.session == session_.session) owed_sessions_.push_back(certificate);
+  }
   const auto newest = store_.newest_messages();
   if (!newest) return newest.error();
   for (const MessageDigest& digest : *newest)
@@ -111,6 +117,8 @@ void Ingest::take(Block block) {
     stream.owes_receipt |= block.is_resent && is_long_ago;
     return;
   }
+  samples_ += block.count;
+  sample_bytes_ += block.payload->size();
   hold(block.payload->size());
   batch_.blocks.push_back(std::move(block));
 }
@@ -182,6 +190,13 @@ void Ingest::note_outcome(const TrialRecord& outcome) {
   stream.frontier = std::max(stream.frontier, outcome.range().end);
 }
 
+void Ingest::note_session_end(const Id& session, std::uint32_t end) {
+  EndedSession& ended = ended_[session];
+  if (ended.is_certified && ended.end == end) return;
+  ended = {end, false};
+  hold(0);
+}
+
 bool Ingest::is_whole(const TrialRecord& trial) const {
   if (!trial.has_samples) return true;
   const auto stream = streams_.find(trial.stream);
@@ -197,7 +212,7 @@ Clock::TimePoint Ingest::commit_due() const {
   const bool has_unstored =
       std::any_of(pending_.begin(), pending_.end(), [](const auto& t) { return !t.second.is_stored; });
   const bool is_waiting = !batch_.is_empty() || has_unstored;
-  if (has_whole_trial() || waiting_bytes_ >= options_.commit_bytes) return retry_at_;
+  if (has_whole_trial() || has_uncertified_end() || waiting_bytes_ >= options_.commit_bytes) return retry_at_;
   if (!is_waiting) return Clock::TimePoint::max();
   return std::max(waiting_since_ + options_.commit_interval, retry_at_);
 }
@@ -206,6 +221,7 @@ Decisions Ingest::step() {
   const Clock::TimePoint now = clock_.now();
   Decisions decisions;
   decisions.trial_receipts = std::exchange(owed_, {});
+  decisions.session_receipts = std::exchange(owed_sessions_, {});
   if (commit_due() <= now) commit(now, decisions);
   give_up_trials(now, decisions);
   give_stream_receipts(now, decisions);
@@ -230,11 +246,43 @@ void Ingest::certify(TrialRecord& trial) const {
   trial.certified_ns = trial.is_certified ? clock_.utc_ns() : 0;
 }
 
-void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
+bool Ingest::has_uncertified_end() const {
+  return std::any_of(ended_.begin(), ended_.end(), [](const auto& e) { return !e.second.is_certified; });
+}
+
+Result<SessionCertificate> Ingest::certify(const Id& session, std::uint32_t end) const {
+  const auto stored = store_.trials(session);
+  if (!stored) return stored.error();
+  std::map<Id, TrialRecord> trials;
+  for (const TrialRecord& trial : *stored) trials[trial.trial] = trial;
+  for (const auto& [id, pending] : pending_) {
+    if (pending.record.session != session) continue;
+    certify(trials[id] = pending.record);
+  }
+  SessionCertificate sum;
+  sum.session = session;
+  sum.end = end;
+  sum.rig = session == session_.session ? session_.rig : kNoId;
+  sum.certified_ns = clock_.utc_ns();
+  for (const auto& [id, trial] : trials) {
+    sum.rig = trial.stream.rig;
+    ++sum.trials;
+    sum.incomplete_trials += trial.is_certified ? 0 : 1;
+    sum.sums.expected += trial.certificate.expected;
+    sum.sums.received += trial.certificate.received;
+    sum.sums.resent += trial.certificate.resent;
+    sum.sums.duplicated += trial.certificate.duplicated;
+    sum.sums.missing += trial.certificate.missing;
+  }
+  return sum;
+}
+
+Result<void> Ingest::fill_batch() {
   // What follows from the items that wait is made anew for each try.
   batch_.streams.clear();
   batch_.tallies.clear();
   batch_.trials.clear();
+  batch_.certificates.clear();
   for (const auto& [key, stream] : streams_) {
     if (stream.is_changed)
       batch_.streams.push_back({key, stream.origin, stream.received, stream.resent, stream.duplicated});
@@ -247,7 +295,22 @@ void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
     certify(trial);
     if (trial.is_certified || !pending.is_stored) batch_.trials.push_back(trial);
   }
-  if (auto committed = store_.commit(batch_); !committed) {
+  for (const TrialRecord& trial : batch_.trials) {
+    if (const auto ended = ended_.find(trial.session); ended != ended_.end())
+      ended->second.is_certified = false;
+  }
+  for (const auto& [session, ended] : ended_) {
+    if (ended.is_certified) continue;
+    auto certificate = certify(session, ended.end);
+    if (!certificate) return certificate.error();
+    batch_.certificates.push_back(std::move(*certificate));
+  }
+  return {};
+}
+
+void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
+  auto filled = fill_batch();
+  if (auto committed = filled ? store_.commit(batch_) : filled; !committed) {
     failure_ = committed.error().message;
     retry_at_ = now + options_.retry_interval;
     return;
@@ -270,6 +333,10 @@ void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
     closed_.push_back(trial.trial);
     if (closed_.size() > kClosedTrials) closed_.pop_front();
   }
+  for (const SessionCertificate& certificate : batch_.certificates)
+    ended_[certificate.session].is_certified = true;
+  decisions.session_receipts.insert(decisions.session_receipts.end(), batch_.certificates.begin(),
+                                    batch_.certificates.end());
   batch_ = {};
   waiting_bytes_ = 0;
 }
@@ -345,6 +412,8 @@ IngestStatus Ingest::status() const {
   status.waiting_bytes = waiting_bytes_;
   status.refused_blocks = refused_blocks_;
   status.lost_messages = lost_messages_;
+  status.samples = samples_;
+  status.sample_bytes = sample_bytes_;
   for (const auto& [key, stream] : streams_) {
     if (stream.frontier <= stream.origin) continue;
     const SequenceRange known{stream.origin, stream.frontier};

@@ -46,6 +46,7 @@ struct ResendRequest {
 struct Decisions {
   std::vector<TrialReceipt> trial_receipts;
   std::vector<StreamReceipt> stream_receipts;
+  std::vector<SessionCertificate> session_receipts;
   std::vector<ResendRequest> resends;
   Clock::TimePoint due =
       Clock::TimePoint::max();  ///< When step() must be called again, if nothing comes before.
@@ -59,6 +60,8 @@ struct IngestStatus {
   std::uint64_t refused_blocks = 0;   ///< For want of room while the store failed; they are asked for again.
   std::uint64_t lost_messages = 0;    ///< For want of room; nobody can send them again.
   std::uint64_t missing_samples = 0;  ///< Known to exist and not here.
+  std::uint64_t samples = 0;          ///< Taken since the program's start, and the bytes of their messages.
+  std::uint64_t sample_bytes = 0;
 };
 
 /// The archive's rules, without bus, thread, file or clock of its own: what is stored together, when it is
@@ -75,6 +78,9 @@ struct IngestStatus {
 /// the rig's state. What is missing in it is asked for as GapWatch says, once the rig has been heard of. A
 /// trial that stays incomplete for `give_up` while its rig is there, with nothing of it coming, gets a
 /// receipt that says how many samples are missing; should they come all the same, it gets its whole one.
+///
+/// A session that has ended gets its certificate, the sums over its trials, with the commit that takes its
+/// end, and a new one with each later commit that changes one of its trials.
 ///
 /// For one thread. Time is the injected clock's; no call waits except for the store.
 class Ingest {
@@ -108,6 +114,7 @@ class Ingest {
   void note_outcome(const TrialRecord& outcome);
   void note_rig(const RigReport& report);
   void note_plan(const SessionRecord& plan);
+  void note_session_end(const Id& session, std::uint32_t end);
 
   /// Does what is due.
   [[nodiscard]] Decisions step();
@@ -143,6 +150,11 @@ class Ingest {
     Clock::TimePoint unchanged_since;  ///< That number, with its rig there.
   };
 
+  struct EndedSession {
+    std::uint32_t end = 0;  ///< v1::SessionPhase
+    bool is_certified = false;
+  };
+
   Stream& stream_of(const StreamKey& key);
   void hear_of(const StreamKey& key);
   void count_for_trial(const Block& block, std::uint64_t fresh);
@@ -151,6 +163,9 @@ class Ingest {
   [[nodiscard]] bool has_whole_trial() const;
   void commit(Clock::TimePoint now, Decisions& decisions);
   void certify(TrialRecord& trial) const;
+  [[nodiscard]] bool has_uncertified_end() const;
+  [[nodiscard]] Result<void> fill_batch();
+  [[nodiscard]] Result<SessionCertificate> certify(const Id& session, std::uint32_t end) const;
   void give_up_trials(Clock::TimePoint now, Decisions& decisions);
   [[nodiscard]] bool is_there(const Id& rig, Clock::TimePoint now) const;
   void give_stream_receipts(Clock::TimePoint now, Decisions& decisions);
@@ -168,9 +183,11 @@ class Ingest {
   std::map<Id, PendingTrial> pending_;  ///< Outcomes without certificate.
   std::deque<Id> closed_;               ///< Trials certified last: late repetitions count for them no more.
   std::map<std::pair<std::string, Id>, std::pair<std::uint32_t, std::uint64_t>>
-      newest_;                      ///< Checksum and bytes.
+      newest_;  ///< Checksum and bytes.
+  std::map<Id, EndedSession> ended_;
   std::vector<TrialReceipt> owed_;  ///< Receipts to be given again.
-  SessionRecord session_;           ///< The newest plan's.
+  std::vector<SessionCertificate> owed_sessions_;
+  SessionRecord session_;  ///< The newest plan's.
 
   Batch batch_;
   std::size_t waiting_bytes_ = 0;
@@ -179,6 +196,8 @@ class Ingest {
   std::string failure_;
   std::uint64_t refused_blocks_ = 0;
   std::uint64_t lost_messages_ = 0;
+  std::uint64_t samples_ = 0;
+  std::uint64_t sample_bytes_ = 0;
 };
 
 }  // namespace tonus::archive

@@ -5,8 +5,10 @@
 #include <string>
 
 #include "services/archive/archive_service.hpp"
+#include "services/archive/disk_watch.hpp"
 #include "services/archive/open_store.hpp"
 #include "services/core/lifetime.hpp"
+#include "services/runtime/clock_comparison.hpp"
 #include "services/runtime/health.hpp"
 #include "services/runtime/loop.hpp"
 #include "services/runtime/options.hpp"
@@ -15,39 +17,94 @@ namespace tonus {
 namespace {
 
 constexpr char kProgram[] = "tonus-archive";
+constexpr std::chrono::seconds kOpenAgain{1};
 
-Result<void> run(const runtime::CommonOptions& common, std::string store_name) {
+struct Options {
+  runtime::CommonOptions common;
+  std::string store;
+  std::uint64_t limit_MB = 0;
+  std::uint64_t reserve_MB = 1000;
+
+  [[nodiscard]] archive::DiskBudget::Options disk() const {
+    archive::DiskBudget::Options disk;
+    if (limit_MB > 0) disk.limit_bytes = limit_MB * 1'000'000;
+    disk.reserve_bytes = reserve_MB * 1'000'000;
+    return disk;
+  }
+};
+
+/// Opens the store; while it cannot be opened for a reason that may pass, the health names the reason and it
+/// is tried again. The error is that of the last try: of a name that is not allowed, or at the stop.
+Result<std::unique_ptr<archive::Store>> open_store(const std::string& name, runtime::HealthReporter& health,
+                                                   bus::Notifier& notifier, const StopSignal& stop,
+                                                   const Clock& clock) {
+  std::string reason;
+  while (true) {
+    auto store = archive::open_store_for_writing(name);
+    if (store || store.error().code == ErrorCode::kInvalidArgument || stop.is_requested()) return store;
+    if (reason != store.error().message) spdlog::error("{}", store.error().message);
+    reason = store.error().message;
+    health.set_state(false, reason);
+    const auto again = clock.now() + kOpenAgain;
+    while (!stop.is_requested() && clock.now() < again)
+      (void)notifier.wait_until(std::min(again, health.publish_if_due()));
+  }
+}
+
+/// What is still on its way when the archive is told to end: until nothing has come for a while.
+void take_the_rest(archive::ArchiveService& service, bus::Notifier& notifier, const Clock& clock) {
+  constexpr std::chrono::milliseconds kQuiet{100};
+  constexpr std::chrono::milliseconds kLimit{500};
+  const auto limit = clock.now() + kLimit;
+  auto quiet = clock.now() + kQuiet;
+  while (clock.now() < std::min(quiet, limit)) {
+    const auto taken = service.taken();
+    const auto due = service.step();
+    if (service.taken() != taken) quiet = clock.now() + kQuiet;
+    (void)notifier.wait_until(std::min({due, quiet, limit}));
+  }
+}
+
+Result<void> run(const Options& options) {
   const auto notifier = std::make_shared<bus::Notifier>();
   const StopSignal stop([notifier] { notifier->notify(); });
   const SystemClock clock;
 
+  std::string store_name = options.store;
   if (store_name.empty()) {
-    const auto folder = runtime::data_folder(common);
+    const auto folder = runtime::data_folder(options.common);
     if (!folder) return folder.error();
     store_name = (*folder / "archive.sqlite").string();
   }
-  const auto store = archive::open_store_for_writing(store_name);
+  const auto bus = runtime::open_bus(options.common, kProgram);
+  if (!bus) return bus.error();
+  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_ARCHIVE, options.common, notifier);
+  if (!health) return health.error();
+  const auto store = open_store(store_name, *health, *notifier, stop, clock);
   if (!store) return store.error();
   archive::Ingest ingest(**store, clock);
   if (auto recovered = ingest.recover(); !recovered) return recovered;
-
-  const auto bus = runtime::open_bus(common, kProgram);
-  if (!bus) return bus.error();
-  const auto service = archive::ArchiveService::create(**bus, ingest, clock, notifier);
+  archive::DiskWatch disk(**store, clock, options.disk());
+  const auto service = archive::ArchiveService::create(**bus, ingest, clock, notifier, &disk);
   if (!service) return service.error();
-  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_ARCHIVE, common);
-  if (!health) return health.error();
-  spdlog::info("store '{}'", store_name);
+  auto roster = runtime::Roster::create(**bus, clock, notifier);
+  if (!roster) return roster.error();
+  auto clocks = runtime::ClockComparison::create(**bus, clock, health->instance(), notifier, {});
+  if (!clocks) return clocks.error();
+  spdlog::info("store '{}'", (*store)->name());
 
   runtime::run_loop(*notifier, stop, [&] {
     const auto due = (*service)->step();
+    roster->update();
+    const auto compare_due = clocks->step(*roster);
     const auto status = ingest.status();
     const std::string why = (*service)->why_not_ready();
-    health->set_state(why.empty(), why.empty() ? "stores to " + store_name : why);
+    health->set_state(why.empty(), why.empty() ? "stores to " + (*store)->name() + disk.need_text() : why);
     health->set_load((*service)->lag(), static_cast<std::uint32_t>(status.waiting_items),
                      (*service)->dropped());
-    return std::min(due, health->publish_if_due());
+    return std::min({due, compare_due, health->publish_if_due()});
   });
+  take_the_rest(**service, *notifier, clock);
   return ingest.finish();
 }
 
@@ -57,14 +114,19 @@ Result<void> run(const runtime::CommonOptions& common, std::string store_name) {
 int main(int argc, char** argv) {
   using namespace tonus;
   CLI::App app("Keeps every sample and message of the sessions, durably.", kProgram);
-  runtime::CommonOptions common;
-  std::string store_name;
-  runtime::add_common_options(app, common);
-  app.add_option(
-      "--store", store_name,
-      "file of the study, or :memory: to keep nothing (default: archive.sqlite in the data folder)");
+  Options options;
+  runtime::add_common_options(app, options.common);
+  app.add_option("--store", options.store,
+                 "file of the study, postgresql://USER@HOST/DATABASE, or :memory: to keep nothing "
+                 "(default: archive.sqlite in the data folder)");
+  app.add_option("--limit-MB", options.limit_MB,
+                 "most that the store may take; sessions wait or pause before (0: what its disk has)")
+      ->capture_default_str();
+  app.add_option("--reserve-MB", options.reserve_MB,
+                 "what stays free on the store's disk; sessions wait or pause before")
+      ->capture_default_str();
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
-  runtime::start_log(kProgram, common.log_level);
-  const auto outcome = run(common, store_name);
+  runtime::start_log(kProgram, options.common.log_level);
+  const auto outcome = run(options);
   return outcome ? 0 : runtime::report(kProgram, outcome.error());
 }

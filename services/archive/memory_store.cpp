@@ -5,7 +5,11 @@
 namespace tonus::archive {
 
 Result<void> MemoryStore::commit(const Batch& batch) {
-  for (const Block& block : batch.blocks) blocks_[block.stream].emplace(block.first_sequence, block);
+  for (const Block& block : batch.blocks) {
+    blocks_[block.stream].emplace(block.first_sequence, block);
+    bytes_ += block.payload->size();
+  }
+  for (const Message& message : batch.messages) bytes_ += message.payload->size();
   messages_.insert(messages_.end(), batch.messages.begin(), batch.messages.end());
   for (const SessionRecord& session : batch.sessions) sessions_[session.session] = session;
   for (const StreamRecord& stream : batch.streams) streams_[stream.key] = stream;
@@ -14,6 +18,8 @@ Result<void> MemoryStore::commit(const Batch& batch) {
     trials_[trial.trial] = trial;
     if (trial.is_certified) tallies_.erase(trial.trial);
   }
+  for (const SessionCertificate& certificate : batch.certificates)
+    certificates_[certificate.session] = certificate;
   return {};
 }
 
@@ -60,6 +66,16 @@ Result<std::vector<TrialTally>> MemoryStore::tallies() {
   return all;
 }
 
+Result<std::vector<SessionCertificate>> MemoryStore::session_certificates() {
+  std::vector<SessionCertificate> all;
+  for (const auto& [id, certificate] : certificates_) all.push_back(certificate);
+  std::stable_sort(all.begin(), all.end(),
+                   [](const auto& a, const auto& b) { return a.certified_ns < b.certified_ns; });
+  return all;
+}
+
+Result<StoreSpace> MemoryStore::space() { return StoreSpace{bytes_, std::nullopt}; }
+
 Result<std::vector<MessageDigest>> MemoryStore::newest_messages() {
   std::map<std::pair<std::string, Id>, MessageDigest> newest;
   for (const Message& message : messages_) {
@@ -76,7 +92,7 @@ Result<void> MemoryStore::visit_blocks(const BlockQuery& query, const BlockVisit
   if (stream == blocks_.end()) return {};
   for (const auto& [first, block] : stream->second) {
     if (block.range().end <= query.range.first || first >= query.range.end) continue;
-    if (auto good = check(block, name()); !good) return good;
+    if (auto good = check(block, name()); !good && !query.with_damaged) return good;
     if (auto visited = visit(block); !visited) return visited;
   }
   return {};
@@ -87,7 +103,7 @@ Result<void> MemoryStore::visit_messages(const MessageQuery& query, const Messag
     if (!query.topic.empty() && message.topic != query.topic) continue;
     if (query.session && message.session != *query.session) continue;
     if (query.key && message.key != *query.key) continue;
-    if (auto good = check(message, name()); !good) return good;
+    if (auto good = check(message, name()); !good && !query.with_damaged) return good;
     if (auto visited = visit(message); !visited) return visited;
   }
   return {};

@@ -17,9 +17,11 @@ class MemoryStore final : public Store {
   [[nodiscard]] Result<std::optional<TrialRecord>> find_trial(const Id& trial) override;
   [[nodiscard]] Result<std::vector<TrialRecord>> uncertified_trials() override;
   [[nodiscard]] Result<std::vector<TrialTally>> tallies() override;
+  [[nodiscard]] Result<std::vector<SessionCertificate>> session_certificates() override;
   [[nodiscard]] Result<std::vector<MessageDigest>> newest_messages() override;
   [[nodiscard]] Result<void> visit_blocks(const BlockQuery& query, const BlockVisitor& visit) override;
   [[nodiscard]] Result<void> visit_messages(const MessageQuery& query, const MessageVisitor& visit) override;
+  [[nodiscard]] Result<StoreSpace> space() override;
   [[nodiscard]] std::string name() const override { return ":memory:"; }
 
  private:
@@ -28,7 +30,9 @@ class MemoryStore final : public Store {
   std::map<Id, SessionRecord> sessions_;
   std::map<Id, TrialRecord> trials_;
   std::map<Id, TrialTally> tallies_;
+  std::map<Id, SessionCertificate> certificates_;
   std::vector<Message> messages_;
+  std::uint64_t bytes_ = 0;  ///< Of all payloads.
 };
 
 }  // namespace tonus::archive

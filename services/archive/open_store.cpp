@@ -1,7 +1,9 @@
 #include "services/archive/open_store.hpp"
 
 #include "services/archive/memory_store.hpp"
+#include "services/archive/postgres_store.hpp"
 #include "services/archive/sqlite_store.hpp"
+#include "services/core/passwords.hpp"
 
 namespace tonus::archive {
 namespace {
@@ -14,9 +16,17 @@ Result<std::unique_ptr<Store>> open(const std::string& name, SqliteStore::Access
     return fail(ErrorCode::kInvalidArgument,
                 "store ':memory:': holds nothing to read: the path of a file is needed");
   }
+  if (name.starts_with("postgresql://") || name.starts_with("postgres://")) {
+    const bool is_for_writing = access == SqliteStore::Access::kWrite;
+    auto store = PostgresStore::open(
+        name, is_for_writing ? PostgresStore::Access::kWrite : PostgresStore::Access::kRead);
+    if (!store) return store.error();
+    return std::unique_ptr<Store>(std::move(*store));
+  }
   if (name.find("://") != std::string::npos) {
     return fail(ErrorCode::kInvalidArgument,
-                "store '" + name + "': is not allowed: the path of a file or :memory: is needed");
+                "store '" + without_passwords(name) +
+                    "': is not allowed: the path of a file, postgresql://... or :memory: is needed");
   }
   auto store = SqliteStore::open(name, access);
   if (!store) return store.error();

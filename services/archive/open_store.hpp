@@ -7,9 +7,10 @@
 
 namespace tonus::archive {
 
-/// Opens the store that a person names: the path of an SQLite file, or ":memory:" for the simulated
-/// counterpart, which keeps nothing. The only place that tells one from the other. Errors as
-/// SqliteStore::open(); kInvalidArgument for a URL, which this program does not know.
+/// Opens the store that a person names: the path of an SQLite file, the URL of a PostgreSQL database
+/// (postgresql://USER@HOST/DATABASE), or ":memory:" for the simulated counterpart, which keeps nothing. The
+/// only place that tells one from the other. Errors as SqliteStore::open() and PostgresStore::open();
+/// kInvalidArgument for any other URL.
 [[nodiscard]] Result<std::unique_ptr<Store>> open_store_for_writing(const std::string& name);
 [[nodiscard]] Result<std::unique_ptr<Store>> open_store_for_reading(const std::string& name);
 

@@ -118,18 +118,30 @@ struct TrialRecord {
   }
 };
 
+/// The sums over a session's trials, made when the session has ended.
+struct SessionCertificate {
+  Id session{};
+  Id rig{};
+  std::uint32_t end = 0;     ///< v1::SessionPhase
+  std::uint32_t trials = 0;  ///< Attempts with an outcome.
+  std::uint32_t incomplete_trials = 0;
+  Certificate sums;
+  std::uint64_t certified_ns = 0;
+};
+
 /// What becomes durable in one step, all of it or nothing.
 struct Batch {
   std::vector<Block> blocks;
   std::vector<Message> messages;
-  std::vector<SessionRecord> sessions;  ///< Replace what is known of the same session.
-  std::vector<StreamRecord> streams;    ///< Replace what is known of the same stream.
-  std::vector<TrialTally> tallies;      ///< Replace what is known of the same trial.
-  std::vector<TrialRecord> trials;      ///< As above; a certified trial needs no tally any more.
+  std::vector<SessionRecord> sessions;           ///< Replace what is known of the same session.
+  std::vector<StreamRecord> streams;             ///< Replace what is known of the same stream.
+  std::vector<TrialTally> tallies;               ///< Replace what is known of the same trial.
+  std::vector<TrialRecord> trials;               ///< As above; a certified trial needs no tally any more.
+  std::vector<SessionCertificate> certificates;  ///< Replace what is known of the same session.
 
   [[nodiscard]] bool is_empty() const {
     return blocks.empty() && messages.empty() && sessions.empty() && streams.empty() && tallies.empty() &&
-           trials.empty();
+           trials.empty() && certificates.empty();
   }
 };
 

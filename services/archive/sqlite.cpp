@@ -23,6 +23,20 @@ ErrorCode code_of(int sqlite_code) {
   }
 }
 
+/// What SQLite says, in one line: it may quote a damaged schema.
+std::string one_line(const char* text) {
+  std::string line;
+  for (const char* c = text; *c != '\0'; ++c) {
+    const bool is_control = static_cast<unsigned char>(*c) < ' ' || *c == '\x7F';
+    if (!is_control && *c != ' ') {
+      line += *c;
+    } else if (!line.empty() && line.back() != ' ') {
+      line += ' ';
+    }
+  }
+  return line;
+}
+
 }  // namespace
 
 Result<Database> Database::open(const std::string& path, Mode mode) {
@@ -70,7 +84,7 @@ bool Database::is_read_only() const { return sqlite3_db_readonly(get(), "main") 
 
 Error Database::error(std::string_view doing) const {
   return fail(code_of(sqlite3_extended_errcode(get())),
-              fmt::format("store '{}': {}: {}", path_, doing, sqlite3_errmsg(get())));
+              fmt::format("store '{}': {}: {}", path_, doing, one_line(sqlite3_errmsg(get()))));
 }
 
 Result<Statement> Statement::prepare(Database& database, std::string_view sql) {

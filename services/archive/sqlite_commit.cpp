@@ -22,6 +22,7 @@ constexpr std::array kWriteSql{
     "INSERT OR REPLACE INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     "INSERT OR REPLACE INTO trial_tallies VALUES (?, ?, ?)",
     "DELETE FROM trial_tallies WHERE trial_id = ?",
+    "INSERT OR REPLACE INTO session_certificates VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
 };
 
 }  // namespace
@@ -71,6 +72,9 @@ Result<void> SqliteStore::write(const Batch& batch) {
   }
   for (const TrialRecord& trial : batch.trials) {
     if (auto done = write_trial(trial); !done) return done;
+  }
+  for (const SessionCertificate& certificate : batch.certificates) {
+    if (auto done = write_certificate(certificate); !done) return done;
   }
   return {};
 }
@@ -143,6 +147,15 @@ Result<void> SqliteStore::write_tally(const TrialTally& tally) {
       .bind(1, tally.resent)
       .bind(2, tally.duplicated)
       .run(database_);
+}
+
+Result<void> SqliteStore::write_certificate(const SessionCertificate& certificate) {
+  Statement& put = writing_[kPutCertificate];
+  put.bind(0, certificate.session).bind(1, certificate.rig).bind(2, certificate.end);
+  put.bind(3, certificate.trials).bind(4, certificate.incomplete_trials);
+  put.bind(5, certificate.sums.expected).bind(6, certificate.sums.received).bind(7, certificate.sums.resent);
+  put.bind(8, certificate.sums.duplicated).bind(9, certificate.sums.missing);
+  return put.bind(10, certificate.certified_ns).run(database_);
 }
 
 }  // namespace tonus::archive

@@ -103,6 +103,22 @@ std::optional<SqliteStore::FileIdentity> SqliteStore::identify(const std::string
   return FileIdentity{info.st_dev, info.st_ino};
 }
 
+Result<StoreSpace> SqliteStore::space() {
+  StoreSpace space;
+  std::error_code error;
+  const auto disk = fs::space(fs::absolute(database_.path(), error).parent_path(), error);
+  if (error) {
+    return fail(ErrorCode::kIo,
+                fmt::format("store '{}': its disk cannot be asked: {}", database_.path(), error.message()));
+  }
+  space.free_bytes = disk.available;
+  for (const char* suffix : {"", "-wal", "-shm"}) {
+    const auto bytes = fs::file_size(database_.path() + suffix, error);
+    if (!error) space.used_bytes += bytes;
+  }
+  return space;
+}
+
 Result<void> SqliteStore::check_file() const {
   if (identify(database_.path()) == identity_) return {};
   return fail(

@@ -102,10 +102,14 @@ Result<std::vector<TrialRecord>> SqliteStore::trials(const Id& session) {
 }
 
 Result<std::optional<TrialRecord>> SqliteStore::find_trial(const Id& trial) {
-  auto statement = Statement::prepare(database_, std::string(kTrialColumns) + "WHERE trial_id = ?");
-  if (!statement) return statement.error();
-  statement->bind(0, trial);
-  auto trials = read_trials(*statement);
+  if (!find_trial_) {
+    auto statement = Statement::prepare(database_, std::string(kTrialColumns) + "WHERE trial_id = ?");
+    if (!statement) return statement.error();
+    find_trial_.emplace(std::move(*statement));
+  }
+  find_trial_->bind(0, trial);
+  auto trials = read_trials(*find_trial_);
+  find_trial_->reset();
   if (!trials) return trials.error();
   return trials->empty() ? std::optional<TrialRecord>() : std::move(trials->front());
 }
@@ -127,6 +131,30 @@ Result<std::vector<TrialTally>> SqliteStore::tallies() {
     if (!has_row) return has_row.error();
     if (!*has_row) return tallies;
     tallies.push_back({statement->id(0), statement->natural(1), statement->natural(2)});
+  }
+}
+
+Result<std::vector<SessionCertificate>> SqliteStore::session_certificates() {
+  auto statement = Statement::prepare(
+      database_,
+      "SELECT session_id, rig_id, session_end, trials, incomplete_trials, expected_samples, "
+      "received_samples, "
+      "resent_samples, duplicated_samples, missing_samples, certified_ns FROM session_certificates "
+      "ORDER BY certified_ns, rowid");
+  if (!statement) return statement.error();
+  std::vector<SessionCertificate> certificates;
+  while (true) {
+    const auto has_row = statement->step(database_);
+    if (!has_row) return has_row.error();
+    if (!*has_row) return certificates;
+    certificates.push_back({statement->id(0),
+                            statement->id(1),
+                            statement->natural32(2),
+                            statement->natural32(3),
+                            statement->natural32(4),
+                            {statement->natural(5), statement->natural(6), statement->natural(7),
+                             statement->natural(8), statement->natural(9)},
+                            statement->natural(10)});
   }
 }
 
@@ -170,7 +198,7 @@ Result<void> SqliteStore::visit_blocks(const BlockQuery& query, const BlockVisit
                 statement->natural(5),
                 statement->natural32(6),
                 std::make_shared<const std::vector<std::byte>>(statement->blob(7))};
-    if (auto good = check(block, name()); !good) return good;
+    if (auto good = check(block, name()); !good && !query.with_damaged) return good;
     if (auto visited = visit(block); !visited) return visited;
   }
 }
@@ -193,7 +221,7 @@ Result<void> SqliteStore::visit_messages(const MessageQuery& query, const Messag
         statement->text(0),      statement->id(1),
         statement->id(2),        statement->natural(3),
         statement->natural32(4), std::make_shared<const std::vector<std::byte>>(statement->blob(5))};
-    if (auto good = check(message, name()); !good) return good;
+    if (auto good = check(message, name()); !good && !query.with_damaged) return good;
     if (auto visited = visit(message); !visited) return visited;
   }
 }

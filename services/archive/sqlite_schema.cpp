@@ -94,6 +94,20 @@ CREATE TABLE trial_tallies (
   resent_samples INTEGER NOT NULL,
   duplicated_samples INTEGER NOT NULL);
 )sql"},
+    Migration{2, "certificates of sessions", R"sql(
+CREATE TABLE session_certificates (
+  session_id BLOB PRIMARY KEY,
+  rig_id BLOB NOT NULL,
+  session_end INTEGER NOT NULL,
+  trials INTEGER NOT NULL,
+  incomplete_trials INTEGER NOT NULL,
+  expected_samples INTEGER NOT NULL,
+  received_samples INTEGER NOT NULL,
+  resent_samples INTEGER NOT NULL,
+  duplicated_samples INTEGER NOT NULL,
+  missing_samples INTEGER NOT NULL,
+  certified_ns INTEGER NOT NULL);
+)sql"},
 };
 
 Error foreign(const Database& database, const std::string& reason) {

@@ -30,9 +30,11 @@ class SqliteStore final : public Store {
   [[nodiscard]] Result<std::optional<TrialRecord>> find_trial(const Id& trial) override;
   [[nodiscard]] Result<std::vector<TrialRecord>> uncertified_trials() override;
   [[nodiscard]] Result<std::vector<TrialTally>> tallies() override;
+  [[nodiscard]] Result<std::vector<SessionCertificate>> session_certificates() override;
   [[nodiscard]] Result<std::vector<MessageDigest>> newest_messages() override;
   [[nodiscard]] Result<void> visit_blocks(const BlockQuery& query, const BlockVisitor& visit) override;
   [[nodiscard]] Result<void> visit_messages(const MessageQuery& query, const MessageVisitor& visit) override;
+  [[nodiscard]] Result<StoreSpace> space() override;
   [[nodiscard]] std::string name() const override { return database_.path(); }
 
  private:
@@ -52,6 +54,7 @@ class SqliteStore final : public Store {
     kPutTrial,
     kPutTally,
     kDropTally,
+    kPutCertificate,
   };
 
   SqliteStore(std::optional<StoreLock> lock, Database database);
@@ -65,13 +68,15 @@ class SqliteStore final : public Store {
   [[nodiscard]] Result<void> write_stream(const StreamRecord& stream);
   [[nodiscard]] Result<void> write_trial(const TrialRecord& trial);
   [[nodiscard]] Result<void> write_tally(const TrialTally& tally);
+  [[nodiscard]] Result<void> write_certificate(const SessionCertificate& certificate);
   [[nodiscard]] Result<std::int64_t> stream_number(const StreamKey& key);
   [[nodiscard]] Result<std::vector<TrialRecord>> read_trials(Statement& statement);
 
   std::optional<StoreLock> lock_;  ///< Goes after the connection that it protects.
   Database database_;
   std::optional<FileIdentity> identity_;
-  std::vector<Statement> writing_;  ///< Empty where the store is only read.
+  std::vector<Statement> writing_;       ///< Empty where the store is only read.
+  std::optional<Statement> find_trial_;  ///< Asked for each outcome.
   std::map<StreamKey, std::int64_t> stream_numbers_;
 };
 

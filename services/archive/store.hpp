@@ -14,6 +14,7 @@ namespace tonus::archive {
 struct BlockQuery {
   StreamKey stream;
   SequenceRange range;
+  bool with_damaged = false;  ///< Gives damaged ones too, instead of an error; for who checks by himself.
 };
 
 /// Messages, in the order of their coming. Empty topic: all; no session or key: any.
@@ -21,11 +22,18 @@ struct MessageQuery {
   std::string topic;
   std::optional<Id> session;
   std::optional<Id> key;
+  bool with_damaged = false;  ///< As above.
 };
 
 /// Called for each; an error ends the visit and becomes its result.
 using BlockVisitor = std::function<Result<void>(const Block&)>;
 using MessageVisitor = std::function<Result<void>(const Message&)>;
+
+/// What a store takes, and what is left for it.
+struct StoreSpace {
+  std::uint64_t used_bytes = 0;
+  std::optional<std::uint64_t> free_bytes;  ///< On its disk, for its user; none: cannot be known from here.
+};
 
 /// What keeps the archive's data. For one thread. Every implementation passes the same tests.
 ///
@@ -52,6 +60,9 @@ class Store {
   [[nodiscard]] virtual Result<std::vector<TrialRecord>> uncertified_trials() = 0;
   [[nodiscard]] virtual Result<std::vector<TrialTally>> tallies() = 0;
 
+  /// Of the sessions that have ended, by when it was made.
+  [[nodiscard]] virtual Result<std::vector<SessionCertificate>> session_certificates() = 0;
+
   /// The newest message of each topic and key.
   [[nodiscard]] virtual Result<std::vector<MessageDigest>> newest_messages() = 0;
 
@@ -63,7 +74,9 @@ class Store {
   [[nodiscard]] virtual Result<void> visit_messages(const MessageQuery& query,
                                                     const MessageVisitor& visit) = 0;
 
-  /// How people call it: the path.
+  [[nodiscard]] virtual Result<StoreSpace> space() = 0;
+
+  /// How people call it: the path, or the URL without its password.
   [[nodiscard]] virtual std::string name() const = 0;
 };
 

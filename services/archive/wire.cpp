@@ -3,14 +3,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "idl/topics.hpp"
+#include "services/archive/block_header.hpp"
 #include "services/bus/typed.hpp"
 #include "services/core/crc32c.hpp"
 
 namespace tonus::archive {
 namespace {
-
-/// Larger numbers are nonsense, and leave room to add to them; 2^62.
-constexpr std::uint64_t kLargestSequence = std::uint64_t{1} << 62U;
 
 template <typename Count>
 void put_counts(const Certificate& counts, Count& wire) {
@@ -22,9 +20,7 @@ void put_counts(const Certificate& counts, Count& wire) {
 }
 
 Result<void> feed_samples(Ingest& ingest, const bus::Sample& sample, std::uint64_t received_utc_ns) {
-  const auto wire = bus::decode<v1::SampleBlock>(*sample.payload);
-  if (!wire) return wire.error();
-  auto block = to_block(*wire);
+  auto block = read_block_header(*sample.payload);
   if (!block) return block.error();
   block->received_ns = received_utc_ns;
   block->checksum = crc32c(*sample.payload);
@@ -54,11 +50,19 @@ Result<void> note(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample
     const auto wire = bus::decode<v1::SessionPlan>(*sample.payload);
     if (!wire) return wire.error();
     ingest.note_plan(to_record(*wire));
+  } else if (topic.name == topics::kSessionState.spec.name) {
+    const auto wire = bus::decode<v1::SessionState>(*sample.payload);
+    if (!wire) return wire.error();
+    if (has_ended(wire->phase())) ingest.note_session_end(wire->session_id(), wire->phase());
   }
   return {};
 }
 
 }  // namespace
+
+bool has_ended(v1::SessionPhase phase) {
+  return phase == v1::SESSION_COMPLETED || phase == v1::SESSION_ABORTED || phase == v1::SESSION_FAILED;
+}
 
 bool is_kept(const bus::TopicSpec& topic) {
   const auto is = [&topic](const bus::TopicSpec& other) { return topic.name == other.name; };
@@ -77,24 +81,6 @@ Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample
           std::string(topic.name), sample.key, {}, received_utc_ns, crc32c(*sample.payload), sample.payload},
       is_state);
   return noted;
-}
-
-Result<Block> to_block(const v1::SampleBlock& wire) {
-  if (wire.samples().empty())
-    return fail(ErrorCode::kInvalidArgument, "rig/samples: a block of 0 samples is not allowed");
-  if (wire.first_sequence() > kLargestSequence || wire.epoch() > kLargestSequence) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("rig/samples: first_sequence {} and epoch {} are not allowed: at most {} each",
-                            wire.first_sequence(), wire.epoch(), kLargestSequence));
-  }
-  Block block;
-  block.stream = {wire.rig_id(), wire.epoch()};
-  block.first_sequence = wire.first_sequence();
-  block.count = static_cast<std::uint32_t>(wire.samples().size());
-  block.session = wire.session_id();
-  block.trial = wire.trial_id();
-  block.is_resent = wire.is_resent();
-  return block;
 }
 
 Result<TrialRecord> to_record(const v1::TrialOutcome& wire) {
@@ -154,6 +140,16 @@ v1::ArchiveReceipt to_wire(const TrialReceipt& receipt) {
   wire.epoch(receipt.stream.epoch);
   wire.through_sequence(receipt.through);
   put_counts(receipt.certificate, wire);
+  return wire;
+}
+
+v1::ArchiveReceipt to_wire(const SessionCertificate& certificate) {
+  v1::ArchiveReceipt wire;
+  wire.subject_id(certificate.session);
+  wire.kind(v1::RECEIPT_SESSION);
+  wire.rig_id(certificate.rig);
+  wire.session_id(certificate.session);
+  put_counts(certificate.sums, wire);
   return wire;
 }
 

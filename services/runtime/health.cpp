@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "idl/topics.hpp"
+#include "services/runtime/configuration.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/version.hpp"
 
@@ -14,6 +15,18 @@ namespace tonus::runtime {
 namespace {
 
 constexpr std::chrono::milliseconds kPeriod{500};
+
+v1::ServiceConfiguration configuration_of(const v1::ServiceHealth& health, const CommonOptions& options) {
+  v1::ServiceConfiguration configuration;
+  configuration.instance_id(health.instance_id());
+  configuration.role(health.role());
+  configuration.name(health.name());
+  configuration.software_version(health.software_version());
+  configuration.build(build_text());
+  configuration.configuration_toml(options.configuration);
+  configuration.started_ns(health.started_ns());
+  return configuration;
+}
 
 }  // namespace
 
@@ -38,7 +51,8 @@ const char* role_name(v1::ServiceRole role) {
 Id idl_hash() { return *id_from_hex(v1::kIdlHash); }
 
 Result<HealthReporter> HealthReporter::create(bus::Bus& bus, const Clock& clock, v1::ServiceRole role,
-                                              const CommonOptions& options) {
+                                              const CommonOptions& options,
+                                              std::shared_ptr<bus::Notifier> notifier) {
   auto writer = bus::TypedWriter<v1::ServiceHealth>::create(bus, topics::kServiceHealth);
   if (!writer) return writer.error();
   v1::ServiceHealth health;
@@ -51,15 +65,29 @@ Result<HealthReporter> HealthReporter::create(bus::Bus& bus, const Clock& clock,
   health.started_ns(clock.utc_ns());
   health.process_id(static_cast<std::uint64_t>(getpid()));
   health.state("starting");
-  return HealthReporter(std::move(*writer), clock, health);
+  auto configuration = bus::TypedWriter<v1::ServiceConfiguration>::create(bus, topics::kServiceConfiguration);
+  if (!configuration) return configuration.error();
+  if (auto written = configuration->write(configuration_of(health, options)); !written)
+    return written.error();
+  auto clock_answer = ClockAnswer::create(bus, clock, health.instance_id(), std::move(notifier));
+  if (!clock_answer) return clock_answer.error();
+  return HealthReporter(std::move(*writer), std::move(*configuration), std::move(*clock_answer), clock,
+                        health);
 }
 
-HealthReporter::HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer, const Clock& clock,
-                               v1::ServiceHealth health)
-    : writer_(std::move(writer)), clock_(&clock), health_(std::move(health)) {}
+HealthReporter::HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
+                               bus::TypedWriter<v1::ServiceConfiguration> configuration,
+                               ClockAnswer clock_answer, const Clock& clock, v1::ServiceHealth health)
+    : writer_(std::move(writer)),
+      configuration_(std::move(configuration)),
+      clock_answer_(std::move(clock_answer)),
+      clock_(&clock),
+      health_(std::move(health)) {}
 
 HealthReporter::HealthReporter(HealthReporter&& other) noexcept
     : writer_(std::exchange(other.writer_, std::nullopt)),
+      configuration_(std::move(other.configuration_)),
+      clock_answer_(std::move(other.clock_answer_)),
       clock_(other.clock_),
       health_(std::move(other.health_)),
       due_(other.due_),
@@ -87,6 +115,7 @@ void HealthReporter::set_load(double lag_s, std::uint32_t queue_depth, std::uint
 }
 
 Clock::TimePoint HealthReporter::publish_if_due() {
+  clock_answer_.answer();
   if (has_changed_ || clock_->now() >= due_) publish();
   return due_;
 }
@@ -118,7 +147,8 @@ void Roster::update() {
       }
       continue;
     }
-    entries_[id] = {std::move(received.value), clock_->now()};
+    Entry& entry = entries_[id];
+    entry = {std::move(received.value), clock_->now(), entry.reports + 1};
   }
   std::erase_if(entries_,
                 [this](const auto& entry) { return clock_->now() - entry.second.heard > kSilence; });
@@ -135,6 +165,13 @@ std::optional<v1::ServiceHealth> Roster::find(v1::ServiceRole role) const {
     if (entry.health.role() == role) return entry.health;
   }
   return std::nullopt;
+}
+
+std::uint64_t Roster::reports(v1::ServiceRole role) const {
+  for (const auto& [id, entry] : entries_) {
+    if (entry.health.role() == role) return entry.reports;
+  }
+  return 0;
 }
 
 std::string Roster::missing(const std::vector<v1::ServiceRole>& roles, bool must_be_ready) const {

@@ -10,6 +10,7 @@
 #include "services/bus/typed.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
+#include "services/runtime/clock_answer.hpp"
 #include "services/runtime/options.hpp"
 
 #include <idl/service.h>
@@ -22,12 +23,15 @@ namespace tonus::runtime {
 /// Hash of the contract that this program was built from.
 [[nodiscard]] Id idl_hash();
 
-/// Publishes this service's health: at once when it changes, else every half second, and a last word when it
-/// ends.
+/// What a service says of itself. Its health: at once when it changes, else every half second, and a last
+/// word when it ends. What it was started with: once. Its clock: to whoever asks.
 class HealthReporter {
  public:
+  /// The notifier is that of the service's loop: it is woken when its clock is asked for. Without one the
+  /// answer waits for the next report.
   [[nodiscard]] static Result<HealthReporter> create(bus::Bus& bus, const Clock& clock, v1::ServiceRole role,
-                                                     const CommonOptions& options);
+                                                     const CommonOptions& options,
+                                                     std::shared_ptr<bus::Notifier> notifier = nullptr);
   HealthReporter(HealthReporter&& other) noexcept;
   HealthReporter& operator=(HealthReporter&&) = delete;
   ~HealthReporter();
@@ -36,14 +40,20 @@ class HealthReporter {
   void set_state(bool is_ready, const std::string& state);
   void set_load(double lag_s, std::uint32_t queue_depth, std::uint64_t dropped);
 
-  /// Publishes if it is due; returns when it is due next.
+  /// Publishes if it is due, and answers those who ask for the clock; returns when it is due next.
   Clock::TimePoint publish_if_due();
 
+  [[nodiscard]] Id instance() const { return health_.instance_id(); }
+
  private:
-  HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer, const Clock& clock, v1::ServiceHealth health);
+  HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
+                 bus::TypedWriter<v1::ServiceConfiguration> configuration, ClockAnswer clock_answer,
+                 const Clock& clock, v1::ServiceHealth health);
   void publish();
 
   std::optional<bus::TypedWriter<v1::ServiceHealth>> writer_;
+  bus::TypedWriter<v1::ServiceConfiguration> configuration_;  ///< Kept, for those who come late.
+  ClockAnswer clock_answer_;
   const Clock* clock_;
   v1::ServiceHealth health_;
   Clock::TimePoint due_;
@@ -68,6 +78,9 @@ class Roster {
   /// Newest health of a role, if such a service is there.
   [[nodiscard]] std::optional<v1::ServiceHealth> find(v1::ServiceRole role) const;
 
+  /// How many reports of a role's service have been taken since it appeared; 0: it is not there.
+  [[nodiscard]] std::uint64_t reports(v1::ServiceRole role) const;
+
   /// Empty if each of `roles` is there, of this program's contract, and ready; else a line that says of each
   /// one that is not what is wrong with it. With `must_be_ready` false a service need only be there.
   [[nodiscard]] std::string missing(const std::vector<v1::ServiceRole>& roles,
@@ -77,6 +90,7 @@ class Roster {
   struct Entry {
     v1::ServiceHealth health;
     Clock::TimePoint heard;
+    std::uint64_t reports = 0;
   };
   Roster(bus::TypedReader<v1::ServiceHealth> reader, const Clock& clock);
 

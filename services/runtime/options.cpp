@@ -1,11 +1,13 @@
 #include "services/runtime/options.hpp"
 
+#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "services/runtime/configuration.hpp"
 #include "services/runtime/version.hpp"
 
 namespace tonus::runtime {
@@ -30,6 +32,7 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
       ->capture_default_str();
   app.set_version_flag("--version", kVersion);
+  app.parse_complete_callback([&app, &options] { options.configuration = configuration_text(app); });
 }
 
 std::filesystem::path default_data_folder() {
@@ -80,7 +83,11 @@ Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const s
 }
 
 int report(const std::string& program, const Error& error) {
-  std::fprintf(stderr, "%s: %s\n", program.c_str(), error.message.c_str());
+  std::string line = error.message;
+  // It may quote a damaged file.
+  std::replace_if(
+      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), line.c_str());
   return 1;
 }
 

@@ -19,9 +19,10 @@ struct CommonOptions {
   std::string data;  ///< Folder for what the program keeps; default_data_folder() where empty.
   std::string log_level = "info";
   std::vector<std::string> network;  ///< Interface address, then peers; empty: this machine only.
+  std::string configuration;         ///< Set by parsing: all of the program's options in force, as TOML.
 };
 
-/// Adds the common options to `app`.
+/// Adds the common options to `app`, which fills `options` when it is parsed, its configuration too.
 void add_common_options(CLI::App& app, CommonOptions& options);
 
 /// XDG_STATE_HOME/tonus or ~/.local/state/tonus.
@@ -38,7 +39,8 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 /// The data folder, made if it is missing.
 [[nodiscard]] Result<std::filesystem::path> data_folder(const CommonOptions& options);
 
-/// One line on standard error, "program: message". Returns the exit code 1.
+/// One line on standard error, "program: message", with "?" in the place of control characters. Returns the
+/// exit code 1.
 int report(const std::string& program, const Error& error);
 
 /// Log lines to standard error: time, level, program, text.

@@ -30,7 +30,7 @@ int main(int argc, char** argv) {
   const SystemClock clock;
   auto endpoints = scheduler::SchedulerEndpoints::create(**bus, notifier);
   if (!endpoints) return runtime::report(program, endpoints.error());
-  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_SCHEDULER, common);
+  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_SCHEDULER, common, notifier);
   if (!health) return runtime::report(program, health.error());
   auto roster = runtime::Roster::create(**bus, clock, notifier);
   if (!roster) return runtime::report(program, roster.error());

@@ -14,6 +14,7 @@ namespace tonus::scheduler {
 namespace {
 
 constexpr std::chrono::milliseconds kOfferAgain{50};
+constexpr const char* kPlanNotSeen = "archive: to say whether it has room for the plan";
 
 }  // namespace
 
@@ -109,8 +110,7 @@ Result<void> SchedulerService::take_all() {
     }
   };
   roster_.update();
-  if (auto missing = roster_.missing({v1::ROLE_RIG, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE});
-      missing_ != missing) {
+  if (auto missing = missing_services(); missing_ != missing) {
     missing_ = missing;
     good = perform(machine_.on_roster(missing));
   }
@@ -131,7 +131,25 @@ Result<void> SchedulerService::take_all() {
   return good;
 }
 
+std::string SchedulerService::missing_services() {
+  auto missing = roster_.missing({v1::ROLE_RIG, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE});
+  if (!is_plan_new_) return missing;
+  // The archive says whether it has room in its first report after the plan; one that refuses, in a later
+  // one.
+  const auto reports = roster_.reports(v1::ROLE_ARCHIVE);
+  if (!missing.empty() || !archive_reports_) archive_reports_ = reports;
+  if (missing.empty() && archive_reports_ == reports) return kPlanNotSeen;
+  is_plan_new_ = !missing.empty();
+  return missing;
+}
+
 Result<void> SchedulerService::take_command(const v1::SessionCommand& command) {
+  if (command.request() == v1::SESSION_START && !machine_.is_active()) {
+    is_plan_new_ = true;
+    archive_reports_.reset();
+    missing_ = missing_services();
+    if (auto good = perform(machine_.on_roster(*missing_)); !good) return good;
+  }
   const bool is_other = !machine_.ledger().has_session() ||
                         command.session_id() != machine_.ledger().state().started.session_id;
   if (command.request() != v1::SESSION_START || !is_other || !folder_.knows(command.session_id())) {

@@ -63,6 +63,7 @@ class SchedulerService {
   SchedulerService(SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
                    SessionFolder folder, const std::string& rig, const Clock& clock);
   [[nodiscard]] Result<void> take_all();
+  [[nodiscard]] std::string missing_services();
   [[nodiscard]] Result<void> take_command(const v1::SessionCommand& command);
   [[nodiscard]] Result<void> perform(Effects effects);
   [[nodiscard]] Result<void> record(const std::vector<Record>& records);
@@ -81,6 +82,8 @@ class SchedulerService {
   std::optional<Journal> journal_;  // of the session that runs
   bool is_over_ = false;            // it has ended, and its journal is put away once everything is sent
   std::optional<std::string> missing_;
+  bool is_plan_new_ = false;                      // the archive has not yet said whether it has room for it
+  std::optional<std::uint64_t> archive_reports_;  // at the plan, or while something was missing
   std::deque<Message> outbox_;
   std::uint64_t dropped_ = 0;
 };

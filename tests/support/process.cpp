@@ -108,7 +108,8 @@ pid_t child_named(pid_t parent, const std::string& program) {
 }
 
 std::filesystem::path program(const std::string& name) {
-  return std::filesystem::path(TONUS_PROGRAMS) / name;
+  const char* elsewhere = std::getenv("TONUS_PROGRAMS");
+  return std::filesystem::path(elsewhere != nullptr ? elsewhere : TONUS_PROGRAMS) / name;
 }
 
 std::filesystem::path source_file(const std::string& path) {

@@ -34,6 +34,10 @@ class FaultyStore final : public Store {
   }
   Result<std::vector<TrialRecord>> uncertified_trials() override { return memory_.uncertified_trials(); }
   Result<std::vector<TrialTally>> tallies() override { return memory_.tallies(); }
+  Result<std::vector<SessionCertificate>> session_certificates() override {
+    return memory_.session_certificates();
+  }
+  Result<StoreSpace> space() override { return memory_.space(); }
   Result<std::vector<MessageDigest>> newest_messages() override { return memory_.newest_messages(); }
   Result<void> visit_blocks(const BlockQuery& query, const BlockVisitor& visit) override {
     return memory_.visit_blocks(query, visit);

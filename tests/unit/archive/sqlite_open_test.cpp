@@ -144,7 +144,8 @@ TEST_F(SqliteOpen, TellsFilesFromMemoryByTheirName) {
   const auto url = open_store_for_writing("mysql://host/study");
   ASSERT_FALSE(url);
   EXPECT_EQ(url.error().message,
-            "store 'mysql://host/study': is not allowed: the path of a file or :memory: is needed");
+            "store 'mysql://host/study': is not allowed: the path of a file, postgresql://... or :memory: is "
+            "needed");
 }
 
 }  // namespace

@@ -159,7 +159,8 @@ TEST_F(WireTest, KeepsEveryTopicButItsOwnReceiptsWhatIsForEyesOnlyAndTheComparin
   for (const auto& topic : topics::kAll) {
     if (!is_kept(topic)) left_out.emplace_back(topic.name);
   }
-  EXPECT_EQ(left_out, (std::vector<std::string>{"estimate/live", "archive/receipt", "clock/probe", "clock/echo"}));
+  EXPECT_EQ(left_out,
+            (std::vector<std::string>{"estimate/live", "archive/receipt", "clock/probe", "clock/echo"}));
 }
 
 }  // namespace

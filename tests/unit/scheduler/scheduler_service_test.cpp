@@ -66,12 +66,15 @@ class Peers {
   }
 
   void step() {
+    for (const auto& received : runtime::drain(plans_)) plan = received.value;
+    auto& archive = reports_.back();
+    archive.is_ready(!plan || archive_refusal.empty());
+    archive.state(archive_refusal);
     for (const auto& health : reports_) (void)health_.write(health);
     for (const auto& received : runtime::drain(commands_)) answer(received.value);
     for (const auto& received : runtime::drain(states_)) state = received.value;
     for (const auto& received : runtime::drain(replies_)) reply = received.value;
     for (const auto& received : runtime::drain(cues_)) cues.push_back(received.value);
-    for (const auto& received : runtime::drain(plans_)) plan = received.value;
   }
 
   std::optional<v1::SessionState> state;
@@ -80,6 +83,7 @@ class Peers {
   std::vector<v1::SessionCue> cues;
   std::map<Id, std::uint32_t> ran;  ///< Planned index by trial.
   std::size_t mute_after = 1000;    ///< Trials after which the rig says nothing.
+  std::string archive_refusal;      ///< Why the archive is not ready, once it has seen the plan.
 
  private:
   void answer(const v1::TrialCommand& command) {
@@ -212,6 +216,35 @@ TEST_F(SchedulerServiceTest, RefusesASessionThatHasBeen) {
   EXPECT_FALSE(peers.reply->is_done());
   EXPECT_THAT(peers.reply->message(), HasSubstr("has been: a new session needs a new id"));
   EXPECT_TRUE(peers.ran.empty());
+}
+
+TEST_F(SchedulerServiceTest, BeginsNoTrialOfAPlanThatTheArchiveHasNoRoomFor) {
+  const auto service = open_service(*bus_);
+  Peers peers(*bus_, notifier_);
+  peers.archive_refusal = "no room for it";
+  peers.start(testing::small_protocol());
+  ASSERT_TRUE(run(*service, peers, [&] {
+    return peers.state && peers.state->waiting_for().find("no room for it") != std::string::npos;
+  }));
+  EXPECT_EQ(peers.state->phase(), v1::SESSION_PREPARING);
+  EXPECT_TRUE(peers.ran.empty());
+  peers.archive_refusal.clear();
+  ASSERT_TRUE(run(*service, peers, [&] { return peers.state->phase() == v1::SESSION_COMPLETED; }));
+  EXPECT_EQ(peers.ran.size(), 8u);
+}
+
+TEST_F(SchedulerServiceTest, WaitsInMidSessionForAnArchiveThatHasNoRoomLeft) {
+  const auto service = open_service(*bus_);
+  Peers peers(*bus_, notifier_);
+  peers.start(testing::small_protocol());
+  ASSERT_TRUE(run(*service, peers, [&] { return peers.state && peers.state->counted() >= 3; }));
+  peers.archive_refusal = "no room left";
+  ASSERT_TRUE(run(*service, peers, [&] { return peers.state->phase() == v1::SESSION_WAITING; }));
+  EXPECT_THAT(peers.state->waiting_for(), HasSubstr("archive is not ready: no room left"));
+  EXPECT_LT(peers.ran.size(), 8u);
+  peers.archive_refusal.clear();
+  ASSERT_TRUE(run(*service, peers, [&] { return peers.state->phase() == v1::SESSION_COMPLETED; }));
+  EXPECT_EQ(peers.state->counted(), 8u);
 }
 
 TEST_F(SchedulerServiceTest, StopsWhenItsJournalCannotBeMade) {

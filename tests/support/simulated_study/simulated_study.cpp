@@ -1,0 +1,180 @@
+#include "tests/support/simulated_study/simulated_study.hpp"
+
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <spdlog/fmt/fmt.h>
+
+#include "rig_agent/control/rig_loop.hpp"
+#include "rig_agent/control/validation.hpp"
+#include "rig_agent/drivers/simulated.hpp"
+
+namespace tonus::simulated {
+namespace {
+
+constexpr int kDirections = 8;
+
+/// The loop and its driver, and every sample that it took.
+class Rig {
+ public:
+  static Result<std::unique_ptr<Rig>> create(const plant::Profile& profile) {
+    auto rig = std::unique_ptr<Rig>(new Rig(profile));
+    const control::LoopConfig config = plant::loop_config(profile);
+    if (auto done = rig->driver_.configure(1.0 / config.rate); !done) return done.error();
+    if (auto done = rig->driver_.activate(); !done) return done.error();
+    auto loop = control::RigLoop::create(rig->driver_, config);
+    if (!loop) return loop.error();
+    rig->loop_ = std::move(*loop);
+    rig->period_ns_ = std::llround(1e9 / config.rate);
+    return rig;
+  }
+
+  Result<control::TrialResult> run(const control::TrialProgram& program) {
+    if (auto valid = control::validate(program, loop_->config().limits); !valid) return valid.error();
+    control::Command command;
+    command.request = program.number;
+    command.kind = control::CommandKind::kStartTrial;
+    command.program = program;
+    if (!loop_->post(command)) return fail(ErrorCode::kUnavailable, "the loop takes no command");
+    const double longest = program.centring_timeout + program.wait + program.hold + program.return_time + 5.0;
+    control::TrialResult result;
+    for (double t = 0.0; t < longest; t += loop_->period()) {
+      step();
+      if (!loop_->next_result(result)) continue;
+      if (result.outcome == control::TrialOutcome::kCompleted) return result;
+      return fail(ErrorCode::kUnavailable,
+                  fmt::format("trial {}: {}", program.number, control::outcome_name(result.outcome)));
+    }
+    return fail(ErrorCode::kTimeout, fmt::format("trial {}: no end after {} s", program.number, longest));
+  }
+
+  [[nodiscard]] const std::vector<control::SampleRecord>& samples() const { return samples_; }
+
+ private:
+  explicit Rig(const plant::Profile& profile) : driver_(profile) {}
+
+  void step() {
+    loop_->keep_alive();
+    loop_->step(now_ns_ += period_ns_);
+    control::SampleRecord sample;
+    while (loop_->next_sample(sample)) samples_.push_back(sample);
+    control::CommandReply reply;
+    while (loop_->next_reply(reply)) {
+    }
+  }
+
+  drivers::Simulated driver_;
+  std::unique_ptr<control::RigLoop> loop_;
+  std::int64_t period_ns_ = 0;
+  std::int64_t now_ns_ = 0;
+  std::vector<control::SampleRecord> samples_;
+};
+
+control::TrialProgram program_of(const Procedure& procedure, const Posture& posture,
+                                 const ShoulderPose& shoulder, int number, int trials) {
+  control::TrialProgram program;
+  program.number = static_cast<std::uint64_t>(number);
+  program.posture = posture.position;
+  program.shoulder = shoulder;
+  program.centring_time = procedure.centring_time;
+  const double share = trials > 1 ? static_cast<double>((7 * (number - 1)) % trials) / (trials - 1) : 0.0;
+  program.wait = procedure.shortest_wait + share * (procedure.longest_wait - procedure.shortest_wait);
+  program.direction = 2.0 * std::numbers::pi * ((number - 1) % kDirections) / kDirections;
+  program.amplitude = procedure.amplitude;
+  program.rise_time = procedure.rise_time;
+  program.hold = procedure.hold;
+  return program;
+}
+
+}  // namespace
+
+const std::vector<Posture>& published_postures() {
+  static const std::vector<Posture> postures = {{"reference", {0.0, 0.38}},
+                                                {"distal", {0.0, 0.52}},
+                                                {"proximal", {0.0, 0.24}},
+                                                {"right", {0.295, 0.38}},
+                                                {"left", {-0.295, 0.38}}};
+  return postures;
+}
+
+Result<recording::Recording> measure(const plant::Profile& profile, const Posture& posture,
+                                     const Procedure& procedure, std::int64_t first_trial) {
+  auto rig = Rig::create(profile);
+  if (!rig) return rig.error();
+  recording::Recording record;
+  record.participant.id = "sub-01";
+  record.participant.upper_arm_m = profile.subject.links.l1;
+  record.participant.forearm_m = profile.subject.links.l2;
+  record.task = "unloaded";
+  record.acquisition = posture.name;
+  record.posture = posture.name;
+  record.posture_position = posture.position;
+  record.sampling_frequency = profile.loop_rate / profile.sample_divider;
+  record.is_raw = true;
+  record.rig = plant::rig_geometry(profile);
+  record.shoulder = control::shoulder_for(profile.manipulandum.home, posture.position);
+
+  const int trials = kDirections * procedure.sets;
+  std::uint64_t first_sequence = 0;
+  for (int number = 1; number <= trials; ++number) {
+    const auto program = program_of(procedure, posture, record.shoulder, number, trials);
+    const auto result = (*rig)->run(program);
+    if (!result) return result.error();
+    if (number == 1) first_sequence = result->first_sequence;
+    recording::PerturbationEvent event;
+    event.onset_s = static_cast<double>(result->onset_sequence - first_sequence) / record.sampling_frequency;
+    event.duration_s = procedure.hold;
+    event.trial = first_trial + number - 1;
+    event.set = (number - 1) / kDirections + 1;
+    event.direction_deg = program.direction * 180.0 / std::numbers::pi;
+    event.amplitude_m = procedure.amplitude;
+    event.rise_time_s = procedure.rise_time;
+    record.events.push_back(event);
+  }
+  for (const control::SampleRecord& sample : (*rig)->samples()) {
+    if (sample.sequence < first_sequence) continue;
+    recording::Row row;
+    row.raw = sample.raw;
+    row.raw.acquisition_ns = recording::row_time_ns(record, record.rows.size());
+    record.rows.push_back(row);
+    record.commanded.push_back(sample.commanded);
+  }
+  return record;
+}
+
+plant::SubjectProfile cohort_subject(std::size_t index) {
+  // Arms and stiffness differ by steps that share no factor with the number of subjects.
+  const auto spread = [index](std::size_t stride) {
+    return static_cast<double>((stride * index) % kCohort) / (kCohort - 1) - 0.5;  // -0.5 to 0.5
+  };
+  plant::SubjectProfile subject;
+  subject.links = {0.31 + 0.04 * spread(3), 0.34 + 0.04 * spread(5)};
+  subject.link_masses = {2.0 + 0.8 * spread(2), 1.5 + 0.5 * spread(7)};
+  const double stiffness = 1.0 + 0.6 * spread(4);
+  subject.stiffness = {22.0 * stiffness, 17.0 * stiffness, 8.0 * stiffness};
+  const Eigen::Matrix2d K = subject.stiffness.matrix();
+  const Eigen::Vector3d elements(K(0, 0), K(1, 1), K(0, 1));
+  subject.damping = joint_impedance_of(table_four().at(index).tau.cwiseProduct(elements));
+  return subject;
+}
+
+const std::vector<TableFourRow>& table_four() {
+  static const std::vector<TableFourRow> rows = {{{0.067, 0.040, 0.039}, 0.17, {0.254, 0.261, 0.176}, 0.12},
+                                                 {{0.062, 0.046, 0.021}, 0.11, {0.252, 0.284, 0.104}, 0.07},
+                                                 {{0.037, 0.013, 0.012}, 0.21, {0.186, 0.097, 0.063}, 0.19},
+                                                 {{0.082, 0.050, 0.045}, 0.13, {0.272, 0.295, 0.196}, 0.12},
+                                                 {{0.178, 0.108, 0.078}, 0.10, {0.507, 0.553, 0.243}, 0.09},
+                                                 {{0.246, 0.214, 0.177}, 0.25, {0.582, 0.977, 0.512}, 0.17},
+                                                 {{0.067, 0.082, 0.053}, 0.20, {0.201, 0.427, 0.143}, 0.17},
+                                                 {{0.019, 0.042, 0.010}, 0.30, {0.105, 0.402, 0.067}, 0.22},
+                                                 {{0.087, 0.069, 0.027}, 0.18, {0.249, 0.349, 0.089}, 0.15},
+                                                 {{0.030, 0.020, 0.004}, 0.33, {0.127, 0.135, 0.015}, 0.27},
+                                                 {{0.010, 0.013, 0.008}, 0.29, {0.067, 0.139, 0.063}, 0.23}};
+  return rows;
+}
+
+plant::JointImpedance joint_impedance_of(const Eigen::Vector3d& elements) {
+  return {elements[0] - elements[2], elements[1] - elements[2], elements[2]};
+}
+
+}  // namespace tonus::simulated
