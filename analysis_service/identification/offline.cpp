@@ -1,13 +1,14 @@
 #include "analysis_service/identification/offline.hpp"
 
 #include <algorithm>
+#include <iterator>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
-#include "analysis_service/identification/condition_book.hpp"
 #include "analysis_service/identification/conversion.hpp"
-#include "analysis_service/identification/wire.hpp"
+#include "analysis_service/identification/offline_book.hpp"
 #include "analysis_service/impedance/trial.hpp"
+#include "services/core/parallel.hpp"
 
 namespace tonus::identification {
 namespace {
@@ -39,6 +40,7 @@ TrialReport report_of(const recording::Recording& record, const recording::Pertu
   plan.position = record.posture_position.value_or(Eigen::Vector2d::Zero());
   plan.shoulder = record.shoulder;
   plan.set = static_cast<std::int32_t>(event.set);
+  plan.instruction = event.instruction;
   plan.bias = {event.bias_N[0], event.bias_N[1]};
   report.range = {stretch.first, stretch.last};
   report.onset = stretch.onset;
@@ -60,50 +62,49 @@ std::string defect_of(const recording::Recording& record, const recording::Pertu
   return {};
 }
 
-Result<void> identify_recording(const recording::Recording& record, std::uint32_t index,
-                                const BookSettings& settings, std::vector<OfflineEstimate>& estimates) {
-  if (auto good = validate(record.rig); !good) {
-    return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
-  }
-  ConditionBook book(settings);
-  std::vector<LeftOut> left_out;
+/// Every analysis of one recording.
+std::vector<OfflineEstimate> identify_recording(const recording::Recording& record, std::uint32_t index,
+                                                const std::vector<impedance::Options>& analyses) {
+  OfflineEstimate owner;
+  owner.participant = record.participant.id;
+  owner.session = record.session;
+  owner.run = record.run;
+  OfflineBook book(analyses, std::move(owner));
   for (const auto& event : record.events) {
     const recording::Stretch stretch = recording::stretch_of(record, event);
     const auto rows = rows_of(record, stretch);
     const TrialReport report = report_of(record, event, stretch, index);
-    std::string why = defect_of(record, event, rows);
-    if (why.empty()) {
-      const auto trial = trial_from_rows(frame_of(report), record.rig, rows, stretch.onset - stretch.first);
-      if (!trial) {
-        why = trial.error().message;
-      } else if (auto added = book.add_valid(report, *trial); !added) {
-        why = added.error().message;
-      }
+    if (auto why = defect_of(record, event, rows); !why.empty()) {
+      book.leave_out(report, std::move(why));
+      continue;
     }
-    if (why.empty()) continue;
-    left_out.push_back({event.trial, why});
-    book.add_invalid(report);
-  }
-  const RigUnits units{record.displacement_unit, record.force_unit};
-  for (const Condition& condition : book.changed()) {
-    for (const auto& estimate : book.identify(condition)) {
-      estimates.push_back(
-          {record.participant.id, record.session, record.run, left_out, to_wire(estimate, units)});
+    const auto trial = trial_from_rows(frame_of(report), record.rig, rows, stretch.onset - stretch.first);
+    if (trial) {
+      book.add(report, *trial);
+    } else {
+      book.leave_out(report, trial.error().message);
     }
   }
-  return {};
+  return book.identify({record.displacement_unit, record.force_unit}, axes_of(record.rig));
 }
 
 }  // namespace
 
 Result<std::vector<OfflineEstimate>> identify_recordings(std::span<const recording::Recording> recordings,
                                                          const std::vector<impedance::Options>& analyses) {
-  std::vector<OfflineEstimate> estimates;
-  BookSettings settings;
-  settings.analyses = analyses;
-  std::uint32_t index = 0;
   for (const auto& record : recordings) {
-    if (auto done = identify_recording(record, index++, settings, estimates); !done) return done.error();
+    if (auto good = validate(record.rig); !good) {
+      return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
+    }
+  }
+  std::vector<std::vector<OfflineEstimate>> found(recordings.size());
+  for_each_in_parallel(recordings.size(), [&](std::size_t i) {
+    found[i] = identify_recording(recordings[i], static_cast<std::uint32_t>(i), analyses);
+  });
+  std::vector<OfflineEstimate> estimates;
+  for (auto& of_one : found) {
+    estimates.insert(estimates.end(), std::make_move_iterator(of_one.begin()),
+                     std::make_move_iterator(of_one.end()));
   }
   return estimates;
 }

@@ -18,20 +18,22 @@ struct LeftOut {
   std::string reason;
 };
 
-/// One analysis of one condition of a dataset.
+/// One analysis of one condition of a dataset or an archived session.
 struct OfflineEstimate {
   std::string participant;
   std::string session;  ///< Empty: none.
   int run = 1;
-  std::vector<LeftOut> left_out;
+  std::vector<LeftOut> left_out;  ///< Of this condition.
   v1::Estimate estimate;
 };
 
 /// Identifies recordings, each of which is one posture of one session, by every analysis: the same functions
 /// on the same rows in the same order as the streaming service, so that a replayed recording and this give
 /// the same numbers. Left out are perturbations flagged invalid in the dataset, with missing rows, or with a
-/// force channel at its end stop; and with the reason of the conversion, whatever it refuses. Errors:
-/// kInvalidArgument for a rig that cannot be converted with.
+/// force channel at its end stop; and with the reason of the conversion, whatever it refuses. A condition of
+/// which every perturbation was left out is there too, undetermined. Runs on all processors; the result is in
+/// the order of the recordings and does not depend on them. Errors: kInvalidArgument for a rig that cannot be
+/// converted with.
 [[nodiscard]] Result<std::vector<OfflineEstimate>> identify_recordings(
     std::span<const recording::Recording> recordings, const std::vector<impedance::Options>& analyses);
 

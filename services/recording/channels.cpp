@@ -287,6 +287,7 @@ Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Rec
   if (auto read = read_posture(*json, recording); !read) return read.error();
   if (auto chosen = choose(channels, *json, table_file, recording, columns); !chosen) return chosen.error();
   if (auto assigned = assign_commanded(channels, recording, columns); !assigned) return assigned.error();
+  if (const auto phase = channels.find("phase")) columns[*phase] = Column::kPhase;
   return columns;
 }
 

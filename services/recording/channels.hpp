@@ -11,7 +11,16 @@
 namespace tonus::recording {
 
 /// What a column of `_motion.tsv` holds for us.
-enum class Column : std::uint8_t { kIgnored, kCount0, kCount1, kForce0, kForce1, kCommanded0, kCommanded1 };
+enum class Column : std::uint8_t {
+  kIgnored,
+  kCount0,
+  kCount1,
+  kForce0,
+  kForce1,
+  kCommanded0,
+  kCommanded1,
+  kPhase
+};
 
 /// One row of `_channels.tsv`.
 struct Channel {

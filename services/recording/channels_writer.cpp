@@ -11,6 +11,9 @@ using Json = nlohmann::ordered_json;
 
 constexpr double kTurn = 2.0 * std::numbers::pi;  // rad
 
+/// Part of a trial that a row belongs to, a number.
+const Channel kPhase{"phase", "n/a", "MISC", "n/a", "n/a"};
+
 /// The counts per revolution that are read back as exactly these counts per rad; a whole number where one
 /// does it.
 double counts_per_revolution(double counts_per_unit) {
@@ -76,6 +79,7 @@ std::vector<Channel> channels_of(const Recording& recording, bool with_converted
     }
     if (!recording.commanded.empty())
       channels.push_back({"xc", "n/a", "MISC", point, recording.displacement_unit});
+    if (!recording.phases.empty()) channels.push_back(kPhase);
     return channels;
   }
   if (recording.is_raw) {
@@ -93,6 +97,7 @@ std::vector<Channel> channels_of(const Recording& recording, bool with_converted
   if (!recording.commanded.empty()) {
     channels.insert(channels.end(), {{"xc", "n/a", "MISC", point, "m"}, {"yc", "n/a", "MISC", point, "m"}});
   }
+  if (!recording.phases.empty()) channels.push_back(kPhase);
   return channels;
 }
 

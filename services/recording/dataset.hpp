@@ -2,6 +2,7 @@
 
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/recording/recording.hpp"
@@ -26,7 +27,10 @@ struct WriteOptions {
   std::string license;               ///< Left out where empty.
   std::vector<std::string> authors;  ///< Left out where empty.
   std::string software_version;      ///< Of the program that writes; left out where empty.
-  bool with_converted = true;        ///< Beside raw two-axis channels also x, y, fx, fy, for other programs.
+  /// Further files: path below the dataset's root, and content. For folders that BIDS tools leave alone
+  /// (sourcedata/, code/).
+  std::vector<std::pair<std::string, std::string>> further_files;
+  bool with_converted = true;  ///< Beside raw two-axis channels also x, y, fx, fy, for other programs.
 };
 
 /// Writes a dataset that read_dataset() reads back with identical numbers, and that bids-validator accepts.

@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <tuple>
 
+#include "services/core/parallel.hpp"
 #include "services/recording/channels.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/recording/events.hpp"
@@ -162,11 +163,12 @@ Result<std::vector<Recording>> read_dataset(const fs::path& root) {
                 fmt::format("dataset '{}': has no recording: sub-*/[ses-*/]motion/*_motion.tsv is needed",
                             root.string()));
   }
+  std::vector<std::optional<Result<Recording>>> runs(files.size());
+  for_each_in_parallel(files.size(), [&](std::size_t i) { runs[i] = read_run(files[i]); });
   std::vector<Recording> recordings;
-  for (const fs::path& file : files) {
-    auto recording = read_run(file);
-    if (!recording) return recording.error();
-    recordings.push_back(std::move(*recording));
+  for (auto& run : runs) {
+    if (!*run) return run->error();
+    recordings.push_back(std::move(**run));
   }
   const auto labels = [](const Recording& recording) {
     return std::tie(recording.participant.id, recording.session, recording.task, recording.acquisition,

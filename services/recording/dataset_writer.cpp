@@ -101,6 +101,10 @@ Result<void> check(const Recording& recording) {
     return refuse(fmt::format("{} commanded displacements are not allowed: {} are needed, one for each row",
                               recording.commanded.size(), recording.rows.size()));
   }
+  if (!recording.phases.empty() && recording.phases.size() != recording.rows.size()) {
+    return refuse(fmt::format("{} phases are not allowed: {} are needed, one for each row",
+                              recording.phases.size(), recording.rows.size()));
+  }
   for (const Row& row : recording.rows) {
     const bool is_finite = std::isfinite(row.raw.encoder_count[0]) &&
                            std::isfinite(row.raw.encoder_count[1]) && std::isfinite(row.raw.force_V[0]) &&
@@ -205,6 +209,10 @@ Result<void> write_all(const fs::path& root, const std::vector<Recording>& recor
       {"README", kReadme},
   };
   for (const auto& [name, text] : files) {
+    if (auto written = write_text(root / name, text); !written) return written;
+  }
+  for (const auto& [name, text] : options.further_files) {
+    if (auto made = make_folder((root / name).parent_path()); !made) return made;
     if (auto written = write_text(root / name, text); !written) return written;
   }
   return {};

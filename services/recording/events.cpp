@@ -14,6 +14,25 @@ double record_duration_s(const Recording& recording) {
   return static_cast<double>(recording.rows.size()) / recording.sampling_frequency;
 }
 
+/// The whole trial, where it is stated, lies within the record and holds the onset, to half a sample.
+Result<void> check_trial(const Table& table, std::size_t row, const std::optional<double>& trial_onset,
+                         const std::optional<double>& trial_duration, double onset,
+                         const Recording& recording) {
+  if (!trial_onset && !trial_duration) return {};
+  if (!trial_onset || !trial_duration)
+    return table.refuse(row, trial_onset ? "trial_duration_s" : "trial_onset_s", "both or none are needed");
+  const double half_sample = 0.5 / recording.sampling_frequency;
+  const double end = *trial_onset + *trial_duration;
+  if (*trial_onset >= 0.0 && *trial_duration > 0.0 && end <= record_duration_s(recording) + half_sample &&
+      *trial_onset <= onset + half_sample && onset <= end + half_sample) {
+    return {};
+  }
+  return table.refuse(row, "trial_onset_s",
+                      fmt::format("a trial that holds the onset {} s and lies within the record's {} s is "
+                                  "needed",
+                                  onset, record_duration_s(recording)));
+}
+
 Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const Recording& recording) {
   PerturbationEvent event;
   const auto onset = table.number(row, "onset", 0.0);
@@ -40,6 +59,16 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
   if (!bias_x) return bias_x.error();
   const auto bias_y = table.number_or_nothing(row, "bias_y_N");
   if (!bias_y) return bias_y.error();
+  const auto bias_hold = table.number_or_nothing(row, "bias_hold_s");
+  if (!bias_hold) return bias_hold.error();
+  const auto bias_threshold = table.number_or_nothing(row, "bias_threshold_N");
+  if (!bias_threshold) return bias_threshold.error();
+  const auto trial_onset = table.number_or_nothing(row, "trial_onset_s");
+  if (!trial_onset) return trial_onset.error();
+  const auto trial_duration = table.number_or_nothing(row, "trial_duration_s");
+  if (!trial_duration) return trial_duration.error();
+  if (auto good = check_trial(table, row, *trial_onset, *trial_duration, *onset, recording); !good)
+    return good.error();
   const std::string_view valid = table.cell(row, "valid");
   if (valid != "true" && valid != "false" && valid != "n/a") {
     return table.refuse(row, "valid", "true, false or n/a is needed");
@@ -54,6 +83,11 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
   event.bias_N = {bias_x->value_or(0.0), bias_y->value_or(0.0)};
   event.is_valid = valid != "false";
   event.reason = table.text(row, "reason");
+  event.instruction = table.text(row, "instruction");
+  event.bias_hold_s = *bias_hold;
+  event.bias_threshold_N = *bias_threshold;
+  event.trial_onset_s = *trial_onset;
+  event.trial_duration_s = *trial_duration;
   return event;
 }
 
@@ -103,7 +137,7 @@ PerturbationEvent whole_record(const Recording& recording, std::int64_t trial) {
 std::string events_text(const std::vector<PerturbationEvent>& events) {
   std::string text =
       "onset\tduration\ttrial_type\ttrial\tset\tdirection_deg\tamplitude_m\trise_time_s\tbias_x_N\tbias_y_"
-      "N\tvalid\treason\n";
+      "N\tvalid\treason\tinstruction\tbias_hold_s\tbias_threshold_N\ttrial_onset_s\ttrial_duration_s\n";
   for (const PerturbationEvent& event : events) {
     append_number(text, event.onset_s);
     text += '\t';
@@ -115,7 +149,12 @@ std::string events_text(const std::vector<PerturbationEvent>& events) {
     append_optional(text, event.bias_N[0]);
     append_optional(text, event.bias_N[1]);
     text += event.is_valid ? "\ttrue\t" : "\tfalse\t";
-    text += one_cell(event.reason) + '\n';
+    text += one_cell(event.reason) + '\t' + one_cell(event.instruction);
+    append_optional(text, event.bias_hold_s);
+    append_optional(text, event.bias_threshold_N);
+    append_optional(text, event.trial_onset_s);
+    append_optional(text, event.trial_duration_s);
+    text += '\n';
   }
   return text;
 }
@@ -139,6 +178,12 @@ std::string events_json() {
   describe_column("valid", "Whether the trial counts", "");
   json["valid"]["Levels"] = {{"true", "it counts"}, {"false", "it does not; the reason column says why"}};
   describe_column("reason", "Why the trial does not count", "");
+  describe_column("instruction", "What the subject was told; n/a: hold still", "");
+  describe_column("bias_hold_s", "Time from reaching the bias force to the onset", "s");
+  describe_column("bias_threshold_N", "Allowed deviation from the bias force", "N");
+  describe_column("trial_onset_s",
+                  "Begin of the whole trial, centring and waiting included, from the first sample", "s");
+  describe_column("trial_duration_s", "Duration of the whole trial, the way back included", "s");
   return json.dump(2) + "\n";
 }
 

@@ -33,7 +33,13 @@ struct PerturbationEvent {
   std::optional<double> rise_time_s;
   std::array<double, 2> bias_N{};  ///< Force on the arm, in S.
   bool is_valid = true;
-  std::string reason;  ///< Why it is not valid; empty where it is.
+  std::string reason;         ///< Why it is not valid; empty where it is.
+  std::string instruction{};  ///< What the subject was told; empty: hold still.
+  std::optional<double> bias_hold_s{};
+  std::optional<double> bias_threshold_N{};
+  /// The whole trial that the perturbation is a part of, where the record has it.
+  std::optional<double> trial_onset_s{};  ///< Of the trial's first sample, from the record's first.
+  std::optional<double> trial_duration_s{};
 
   [[nodiscard]] bool is_continuous() const { return !direction_deg.has_value(); }
   bool operator==(const PerturbationEvent&) const = default;
@@ -88,7 +94,10 @@ struct Recording {
 
   std::vector<Row> rows;
   std::vector<std::array<double, 2>>
-      commanded;                          ///< m, displacement commanded in S; empty, or one for each row.
+      commanded;  ///< m, displacement commanded in S; empty, or one for each row.
+  /// Part of a trial that each row belongs to, numbered as the contract's TrialPhase; empty, or one for each
+  /// row.
+  std::vector<std::uint8_t> phases;
   std::vector<PerturbationEvent> events;  ///< By onset; at least one.
 };
 

@@ -119,16 +119,21 @@ TEST(RecursiveLeastSquares, StaysEqualToTheBatchSolutionOverTenMillionUpdates) {
   EXPECT_TRUE(R.isUpperTriangular(0.0));
 }
 
-TEST(RecursiveLeastSquares, ServesOneAxisToo) {
+TEST(RecursiveLeastSquares, EqualsTheBatchSolutionOfOneAxisAfterEverySample) {
   RecursiveLeastSquares<4, 1> rls;
   std::mt19937_64 random(7);
   std::normal_distribution<double> normal;
-  const Eigen::Vector4d theta(0.017, 1.2, 105.0, -0.4);
-  for (int i = 0; i < 50; ++i) {
-    const Eigen::Vector4d phi(normal(random), normal(random), normal(random), 1.0);
-    rls.update(phi, Eigen::Matrix<double, 1, 1>(theta.dot(phi)));
+  const Eigen::Vector4d theta(0.017, 1.2, 105.0, -0.4);  // kg m2, N m s/rad, N m/rad, N m
+  Eigen::MatrixXd phi(60, 4);
+  Eigen::VectorXd f(60);
+  for (Eigen::Index i = 0; i < 60; ++i) {
+    phi.row(i) << 40.0 * normal(random), 0.8 * normal(random), 0.02 * normal(random), 1.0;
+    f[i] = phi.row(i).dot(theta) + 0.05 * normal(random);
+    rls.update(phi.row(i).transpose(), f.segment<1>(i));
+    if (i < 5) continue;
+    const Eigen::VectorXd batch = phi.topRows(i + 1).colPivHouseholderQr().solve(f.head(i + 1));
+    EXPECT_LT(element_wise(solve(rls), batch), 1e-9) << "after " << i + 1 << " samples";
   }
-  EXPECT_LT(element_wise(solve(rls), theta), 1e-9);
 }
 
 }  // namespace
