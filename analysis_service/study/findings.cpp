@@ -1,0 +1,368 @@
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <numbers>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/identification/condition_book.hpp"
+#include "analysis_service/identification/wire.hpp"
+#include "analysis_service/impedance/constrained.hpp"
+#include "analysis_service/impedance/ellipse.hpp"
+#include "analysis_service/study/loaded_postures.hpp"
+#include "analysis_service/study/tables.hpp"
+
+namespace tonus::study {
+namespace {
+
+using impedance::Hypothesis;
+using impedance::Method;
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kMillimetres = 1e3;
+
+/// Calls `use` with every unloaded condition that has a state-variable estimate.
+template <typename Use>
+void for_each_posture(const Study& study, const Use& use) {
+  for (const Subject& subject : study.subjects) {
+    if (!subject.unloaded) continue;
+    for (const ConditionAnalysis& condition : subject.unloaded->conditions) {
+      if (const auto* estimate = condition.find()) use(subject, condition, *estimate);
+    }
+  }
+}
+
+/// Counts how often something was so.
+struct Share {
+  int hits = 0;
+  int all = 0;
+  void add(bool is_hit) {
+    hits += is_hit ? 1 : 0;
+    ++all;
+  }
+  [[nodiscard]] std::string text() const {
+    return all == 0 ? "–" : fmt::format("{:.0f} % ({} of {})", 100.0 * hits / all, hits, all);
+  }
+};
+
+/// Smallest, mean and largest of some values.
+struct Spread {
+  double least = std::numeric_limits<double>::infinity();
+  double most = -std::numeric_limits<double>::infinity();
+  double sum = 0.0;
+  int count = 0;
+  void add(double value) {
+    least = std::min(least, value);
+    most = std::max(most, value);
+    sum += value;
+    ++count;
+  }
+  [[nodiscard]] double mean() const { return count == 0 ? 0.0 : sum / count; }
+  [[nodiscard]] std::string text(const char* unit, int digits) const {
+    return count == 0 ? "–"
+                      : fmt::format("{:.{}f} to {:.{}f}, mean {:.{}f}{}", least, digits, most, digits, mean(),
+                                    digits, unit);
+  }
+};
+
+using Matrix = impedance::AxisMatrix;
+
+void add_row(Table& table, const std::string& what, const std::string& published, const std::string& found) {
+  table.rows.push_back({what, published, found});
+}
+
+void add_curl(Table& table, const Study& study) {
+  struct Kind {
+    const char* name;
+    Matrix impedance::Parameters::*matrix;
+    const char* published;
+  };
+  const std::array kinds{
+      Kind{"curl of stiffness", &impedance::Parameters::K, "80 % below 10 %, 90 % below 15 %, at most 25 %"},
+      Kind{"curl of mass", &impedance::Parameters::M, "95 % below 15 %, at most 25 %"},
+      Kind{"curl of damping", &impedance::Parameters::B, "75 % below 15 %, at most 25 %"}};
+  for (const Kind& kind : kinds) {
+    Share below10;
+    Share below15;
+    Spread spread;
+    for_each_posture(study, [&](const Subject&, const ConditionAnalysis&, const impedance::Estimate& e) {
+      const auto curl = impedance::curl_of(e.value.*kind.matrix);
+      if (!curl) return;
+      below10.add(curl->p_mean < 0.10);
+      below15.add(curl->p_mean < 0.15);
+      spread.add(100.0 * curl->p_mean);
+    });
+    add_row(table, kind.name, kind.published,
+            fmt::format("{} below 10 %, {} below 15 %, at most {:.0f} %", below10.text(), below15.text(),
+                        std::max(0.0, spread.most)));
+  }
+}
+
+void add_orientation(Table& table, const Study& study) {
+  Spread clockwise;  // per subject
+  Share between;
+  Share apart;
+  for (const Subject& subject : study.subjects) {
+    if (!subject.unloaded) continue;
+    Spread own;
+    for (const auto& condition : subject.unloaded->conditions) {
+      const auto* e = condition.find();
+      if (e == nullptr) continue;
+      const auto mass = impedance::ellipse_of(e->value.M);
+      const auto damping = impedance::ellipse_of(e->value.B);
+      const auto stiffness = impedance::ellipse_of(e->value.K);
+      if (!mass || !damping || !stiffness) continue;
+      const double whole = impedance::rotation_between(mass->orientation, stiffness->orientation);
+      const double part = impedance::rotation_between(mass->orientation, damping->orientation);
+      own.add(-kDegrees * whole);
+      between.add(part * whole > 0.0 && std::abs(part) < std::abs(whole));
+      apart.add(std::abs(impedance::rotation_between(stiffness->orientation, damping->orientation)) *
+                    kDegrees >
+                5.0);
+    }
+    if (own.count > 0) clockwise.add(own.mean());
+  }
+  add_row(table, "stiffness turned clockwise from mass, mean of each subject", "22 to 39 deg",
+          clockwise.text(" deg", 0));
+  add_row(table, "damping between mass and stiffness in orientation", "more than 80 %", between.text());
+  add_row(table, "damping turned from stiffness by more than 5 deg", "67 %", apart.text());
+}
+
+void add_shape(Table& table, const Study& study) {
+  Spread proximal;
+  Spread distal;
+  Spread centre;
+  for_each_posture(study, [&](const Subject&, const ConditionAnalysis& c, const impedance::Estimate& e) {
+    centre.add(kMillimetres * e.value.X0.norm());
+    const auto ellipse = impedance::ellipse_of(e.value.K);
+    if (!ellipse) return;
+    if (c.condition.posture == "proximal") proximal.add(ellipse->shape);
+    if (c.condition.posture == "distal") distal.add(ellipse->shape);
+  });
+  add_row(table, "shape of stiffness, proximal", "1.3 to 3.2", proximal.text("", 1));
+  add_row(table, "shape of stiffness, distal", "up to 8.3", distal.text("", 1));
+  add_row(table, "spring centre from the posture, unloaded", "at most 1 mm", centre.text(" mm", 2));
+}
+
+void add_methods(Table& table, const Study& study) {
+  Spread mass;
+  Spread proximal_mass;
+  Spread damping;
+  Spread stiffness;
+  for_each_posture(study, [&](const Subject&, const ConditionAnalysis& c, const impedance::Estimate& e) {
+    const auto apart = [&](Matrix impedance::Parameters::*which) {
+      const double largest = (e.value.*which).cwiseAbs().maxCoeff();
+      double most = 0.0;
+      for (const Method method : {Method::kLowpass, Method::kOptimal}) {
+        const auto* other = c.find(method);
+        if (other == nullptr) continue;
+        most = std::max(most, (other->value.*which - e.value.*which).cwiseAbs().maxCoeff() / largest);
+      }
+      return 100.0 * most;
+    };
+    (c.condition.posture == "proximal" ? proximal_mass : mass).add(apart(&impedance::Parameters::M));
+    damping.add(apart(&impedance::Parameters::B));
+    stiffness.add(apart(&impedance::Parameters::K));
+  });
+  const char* what = "largest difference of the methods, of the largest element: ";
+  add_row(table, std::string(what) + "mass, proximal left out", "15 %", mass.text(" %", 1));
+  add_row(table, std::string(what) + "mass, proximal", "25 %", proximal_mass.text(" %", 1));
+  add_row(table, std::string(what) + "damping", "15 %", damping.text(" %", 1));
+  add_row(table, std::string(what) + "stiffness", "10 %", stiffness.text(" %", 1));
+}
+
+void add_constrained(Table& table, const Study& study) {
+  Spread change;
+  for (const Subject& subject : study.subjects) {
+    if (!subject.unloaded) continue;
+    const auto masses = subject.link_masses(Method::kStateVariable);
+    if (!masses) continue;
+    std::size_t i = 0;
+    for (const auto& condition : subject.unloaded->conditions) {
+      const auto* e = condition.find();
+      if (e == nullptr) continue;
+      const auto constrained = impedance::constrain(*e, masses->modelled[i++], e->value.K);
+      if (constrained) change.add(100.0 * constrained->change);
+    }
+  }
+  add_row(table, "change of damping with the modelled masses, of the largest element", "less than 5 %",
+          change.text(" %", 1));
+}
+
+std::optional<impedance::HypothesisFit> fit_of(const Subject& subject, Hypothesis hypothesis) {
+  const auto postures = subject.postures(Method::kStateVariable);
+  if (postures.empty()) return std::nullopt;
+  const auto joints = impedance::joint_matrices(postures, subject.links);
+  if (!joints) return std::nullopt;
+  auto fit = impedance::fit_hypothesis(*joints, hypothesis);
+  if (!fit) return std::nullopt;
+  return std::move(*fit);
+}
+
+void add_joint_space(Table& table, const Study& study) {
+  Spread one;
+  Spread three;
+  Share smallest;
+  Share better;
+  for (const Subject& subject : study.subjects) {
+    const auto ss = fit_of(subject, Hypothesis::kSS);
+    const auto ms = fit_of(subject, Hypothesis::kMS);
+    if (!ss || !ms) continue;
+    one.add(100.0 * ss->error);
+    three.add(100.0 * ms->error);
+    better.add(ms->error < 0.75 * ss->error);
+    // A difference within two standard deviations is none.
+    const double margin = 2.0 * ms->std.maxCoeff();
+    smallest.add(ms->constants[2] < std::min(ms->constants[0], ms->constants[1]) - margin);
+  }
+  add_row(table, "% error with one constant (SS)", "14 to 35 %", one.text(" %", 0));
+  add_row(table, "% error with three constants (MS)", "10 to 33 %", three.text(" %", 0));
+  add_row(table, "three constants lower the error by more than a quarter", "4 of 11 subjects", better.text());
+  add_row(table, "the two-joint constant is the smallest, by two standard deviations",
+          "smallest in 10 of 11 subjects", smallest.text());
+}
+
+v1::Estimate wire_of(const ConditionAnalysis& condition, const impedance::Estimate& estimate) {
+  identification::ConditionEstimate made;
+  made.condition = condition.condition;
+  made.estimate = estimate;
+  return identification::to_wire(made, {});
+}
+
+std::vector<LoadedPosture> loaded_of(const Subject& subject) {
+  std::vector<v1::Estimate> estimates;
+  if (!subject.loaded) return {};
+  for (const auto& condition : subject.loaded->conditions) {
+    if (const auto* e = condition.find()) estimates.push_back(wire_of(condition, *e));
+  }
+  return loaded_postures(estimates);
+}
+
+void add_loaded(Table& table, const Study& study) {
+  Spread ratio;
+  Spread turn;
+  Spread shape;
+  Spread size;
+  Spread rotation;
+  for (const Subject& subject : study.subjects) {
+    for (const LoadedPosture& posture : loaded_of(subject)) {
+      for (const LoadedSet& set : posture.sets) {
+        ratio.add(set.comparison.magnitude_ratio);
+        turn.add(std::abs(kDegrees * set.comparison.turn));
+        if (!set.stiffness) continue;
+        shape.add(std::max(set.stiffness->shape_ratio, 1.0 / set.stiffness->shape_ratio));
+        size.add(100.0 * std::abs(set.stiffness->size_ratio - 1.0));
+        if (set.stiffness->has_rotation) rotation.add(std::abs(kDegrees * set.stiffness->rotation));
+      }
+    }
+  }
+  add_row(table, "loaded spring centre: actual over predicted distance", "about 1, with variations",
+          ratio.text("", 2));
+  add_row(table, "loaded spring centre: turned from the predicted one", "fairly close", turn.text(" deg", 1));
+  add_row(table, "loaded stiffness: factor of change of shape", "1.1 to 1.5", shape.text("", 2));
+  add_row(table, "loaded stiffness: change of size", "up to 50 %", size.text(" %", 0));
+  add_row(table, "loaded stiffness: change of orientation", "up to 20 deg", rotation.text(" deg", 1));
+}
+
+void count_inside(const Matrix& truth, const Matrix& low, const Matrix& high, Share& share) {
+  for (Eigen::Index i = 0; i < truth.size(); ++i)
+    share.add(low.reshaped()[i] <= truth.reshaped()[i] && truth.reshaped()[i] <= high.reshaped()[i]);
+}
+
+}  // namespace
+
+Table patterns_table(const Study& study) {
+  Table table{"patterns",
+              "Published patterns and this study's",
+              "State-variable filtering. Published: the paper's text, sections III to V and its Tables.",
+              {"pattern", "published", "this study"},
+              {}};
+  add_curl(table, study);
+  add_orientation(table, study);
+  add_shape(table, study);
+  add_methods(table, study);
+  add_constrained(table, study);
+  add_joint_space(table, study);
+  add_loaded(table, study);
+  return table;
+}
+
+Table coverage_table(const Study& study) {
+  Table table{
+      "coverage",
+      "True elements inside the stated 95 % intervals",
+      "The intervals take the trial as the independent unit; they state the spread over trials and know "
+      "nothing of a method's bias. What falls short of 95 % here is bias: slow voluntary drift is fed "
+      "back into the displacement by the compliance of rig and arm, so that regressors and error are "
+      "correlated, and low-pass filtering attenuates the accelerations.",
+      {"method", "mass", "damping", "stiffness"},
+      {}};
+  for (const Method method : impedance::kMethods) {
+    std::array<Share, 3> shares;
+    for (const Subject& subject : study.subjects) {
+      if (!subject.unloaded || !subject.truth) continue;
+      for (const auto& condition : subject.unloaded->conditions) {
+        const auto* e = condition.find(method);
+        if (e == nullptr) continue;
+        const auto truth = truth_at(*subject.truth, condition.condition.position);
+        count_inside(truth.M, e->low.M, e->high.M, shares[0]);
+        count_inside(truth.B, e->low.B, e->high.B, shares[1]);
+        count_inside(truth.K, e->low.K, e->high.K, shares[2]);
+      }
+    }
+    table.rows.push_back(
+        {std::string(name_of(method)), shares[0].text(), shares[1].text(), shares[2].text()});
+  }
+  return table;
+}
+
+Table loaded_table(const Study& study) {
+  Table table{
+      "loaded",
+      "Under bias forces",
+      "Spring centre from the posture in mm: predicted from the unloaded stiffness (mean of first and "
+      "last set) by (20), actual by the set's own fit ± one standard error, and by the static points "
+      "(19), with how many trials came to rest. Modulation: loaded over unloaded.",
+      {"subject", "posture", "set", "bias (N)", "predicted (mm)", "actual (mm)", "static (mm)", "K size",
+       "K shape", "K turned (deg)", "B size", "B shape", "B turned (deg)", "fitting error (N)",
+       "unloaded (N)"},
+      {}};
+  const auto vector = [](const Eigen::Vector2d& v, double scale) {
+    return fmt::format("{:+.2f}, {:+.2f}", scale * v[0], scale * v[1]);
+  };
+  for (const Subject& subject : study.subjects) {
+    for (const LoadedPosture& posture : loaded_of(subject)) {
+      for (const LoadedSet& set : posture.sets) {
+        std::vector<std::string> row{
+            subject.name,
+            posture.posture,
+            std::to_string(set.set_number),
+            vector(set.bias, 1.0),
+            vector(set.predicted, kMillimetres),
+            fmt::format("{:+.2f} ± {:.2f}, {:+.2f} ± {:.2f}", kMillimetres * set.actual[0],
+                        kMillimetres * set.actual_std[0], kMillimetres * set.actual[1],
+                        kMillimetres * set.actual_std[1])};
+        const auto& conditions = subject.loaded->conditions;
+        const auto own = std::find_if(conditions.begin(), conditions.end(), [&](const auto& c) {
+          return c.condition.posture == posture.posture && c.condition.set == set.set_number;
+        });
+        const auto still = impedance::static_stiffness(own->trials, {});
+        row.push_back(still ? fmt::format("{} ({} of {})", vector(still->X0, kMillimetres),
+                                          still->points.size(), own->trials.size())
+                            : "–");
+        for (const auto& modulation : {set.stiffness, set.damping}) {
+          row.push_back(modulation ? fmt::format("{:.2f}", modulation->size_ratio) : "–");
+          row.push_back(modulation ? fmt::format("{:.2f}", modulation->shape_ratio) : "–");
+          row.push_back(modulation && modulation->has_rotation
+                            ? fmt::format("{:+.0f}", kDegrees * modulation->rotation)
+                            : "–");
+        }
+        row.push_back(fmt::format("{:.2f}, {:.2f}", set.sigma[0], set.sigma[1]));
+        row.push_back(fmt::format("{:.2f}, {:.2f}", posture.sigma_unloaded[0], posture.sigma_unloaded[1]));
+        table.rows.push_back(std::move(row));
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace tonus::study

@@ -1,0 +1,118 @@
+#include "analysis_service/study/session_analysis.hpp"
+
+#include <algorithm>
+#include <map>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/identification/conversion.hpp"
+#include "analysis_service/identification/wire.hpp"
+
+namespace tonus::study {
+namespace {
+
+using identification::Condition;
+
+std::vector<impedance::Options> analyses() {
+  std::vector<impedance::Options> all;
+  for (const impedance::Method method : impedance::kMethods) {
+    impedance::Options options;
+    options.method = method;
+    options.has_trace = method == impedance::Method::kStateVariable;
+    all.push_back(options);
+  }
+  for (const impedance::Model model :
+       {impedance::Model::kNoDamping, impedance::Model::kCoriolis, impedance::Model::kSquaredVelocity}) {
+    impedance::Options options;
+    options.model = model;
+    options.has_trace = false;
+    all.push_back(options);
+  }
+  return all;
+}
+
+bool has_bias(const archive::SessionTrial& trial) {
+  const auto& bias = trial.outcome->value.program().bias_N();
+  return bias[0] != 0.0 || bias[1] != 0.0;
+}
+
+bool counts(const archive::SessionTrial& trial) {
+  return trial.outcome && trial.verdict && trial.verdict->value.is_valid();
+}
+
+/// The description in force when the trial ended.
+Result<RigGeometry> geometry_for(const archive::Session& session, const archive::SessionTrial& trial) {
+  const archive::Arrival<v1::RigDescription>* found = nullptr;
+  for (const auto& description : session.descriptions) {
+    if (found == nullptr || description.received_ns <= trial.outcome->received_ns) found = &description;
+  }
+  if (found == nullptr) {
+    return fail(ErrorCode::kDataLoss, fmt::format("session {}: the archive has no description of its rig",
+                                                  to_hex(session.record.session)));
+  }
+  return identification::from_wire(found->value);
+}
+
+Result<impedance::Trial> trial_of(archive::Store& store, const archive::Session& session,
+                                  const archive::SessionTrial& trial) {
+  const auto geometry = geometry_for(session, trial);
+  if (!geometry) return geometry.error();
+  const auto samples = archive::read_trial_samples(store, trial);
+  if (!samples) return samples.error();
+  std::vector<identification::Row> rows;
+  rows.reserve(samples->size());
+  for (const v1::RigSample& sample : *samples) rows.push_back(identification::from_wire(sample));
+  const auto report = identification::from_wire(trial.outcome->value);
+  return identification::trial_from_rows(identification::frame_of(report), *geometry, rows,
+                                         report.onset - report.range.first);
+}
+
+}  // namespace
+
+const impedance::Estimate* ConditionAnalysis::find(impedance::Method method, impedance::Model model) const {
+  const auto found =
+      std::find_if(estimates.begin(), estimates.end(), [&](const impedance::Estimate& estimate) {
+        return estimate.method == method && estimate.model == model &&
+               estimate.status != impedance::Status::kUndetermined;
+      });
+  return found == estimates.end() ? nullptr : &*found;
+}
+
+Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& session) {
+  SessionAnalysis analysis;
+  analysis.session = session.record.session;
+  analysis.subject = session.plan.subject();
+  analysis.protocol = session.plan.protocol_name();
+  analysis.software_version = session.plan.software_version();
+  analysis.seed = session.plan.seed();
+  for (const auto& trial : session.trials) analysis.is_loaded |= trial.outcome && has_bias(trial);
+
+  std::map<Condition, std::vector<impedance::Trial>> trials;
+  for (const auto& trial : session.trials) {
+    if (!counts(trial)) {
+      ++analysis.rejected;
+      continue;
+    }
+    ++analysis.trials;
+    auto prepared = trial_of(store, session, trial);
+    if (!prepared) return prepared.error();
+    const auto plan = identification::from_wire(trial.outcome->value).plan;
+    trials[analysis.is_loaded ? set_condition_of(plan) : condition_of(plan)].push_back(std::move(*prepared));
+  }
+  for (auto& [condition, list] : trials) {
+    ConditionAnalysis result{condition, std::move(list), {}};
+    for (const impedance::Options& options : analyses()) {
+      auto estimate = impedance::identify(result.trials, options);
+      if (!estimate) return estimate.error();
+      result.estimates.push_back(std::move(*estimate));
+    }
+    analysis.conditions.push_back(std::move(result));
+  }
+  const auto order = [](const ConditionAnalysis& c) {
+    return std::make_pair(c.condition.posture_index, c.condition.set);
+  };
+  std::sort(analysis.conditions.begin(), analysis.conditions.end(),
+            [&](const auto& a, const auto& b) { return order(a) < order(b); });
+  return analysis;
+}
+
+}  // namespace tonus::study

@@ -1,0 +1,43 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "analysis_service/identification/condition.hpp"
+#include "analysis_service/impedance/identification.hpp"
+#include "services/archive/session_reader.hpp"
+
+namespace tonus::study {
+
+/// One condition of an archived session, identified anew from its raw samples.
+struct ConditionAnalysis {
+  identification::Condition condition;
+  std::vector<impedance::Trial> trials;  ///< Those that count, by attempt.
+  std::vector<impedance::Estimate> estimates;
+
+  /// None where it was not asked for or could not be made.
+  [[nodiscard]] const impedance::Estimate* find(impedance::Method method = impedance::Method::kStateVariable,
+                                                impedance::Model model = impedance::Model::kLinear) const;
+};
+
+/// A session of one subject.
+struct SessionAnalysis {
+  Id session{};
+  std::string subject;
+  std::string protocol;
+  std::string software_version;
+  std::uint64_t seed = 0;
+  std::uint32_t trials = 0;    ///< That count.
+  std::uint32_t rejected = 0;  ///< Attempts that do not.
+  bool is_loaded = false;
+  std::vector<ConditionAnalysis> conditions;  ///< By posture, then set.
+};
+
+/// Every trial with a valid verdict, converted and identified as the streaming service does it: by each
+/// published method with the linear model, and by state-variable filtering with each other model. Unloaded
+/// sessions have one condition a posture; in loaded ones each set is one. kDataLoss: samples are missing or
+/// damaged.
+[[nodiscard]] Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& session);
+
+}  // namespace tonus::study

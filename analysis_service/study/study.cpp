@@ -1,0 +1,113 @@
+#include "analysis_service/study/study.hpp"
+
+#include <algorithm>
+#include <filesystem>
+#include <spdlog/fmt/fmt.h>
+
+#include "rig_agent/plant/true_impedance.hpp"
+
+namespace tonus::study {
+namespace {
+
+struct Chosen {
+  std::optional<archive::Session> unloaded;
+  std::optional<archive::Session> loaded;
+};
+
+bool is_loaded(const archive::Session& session) {
+  return std::any_of(session.trials.begin(), session.trials.end(), [](const archive::SessionTrial& trial) {
+    return trial.command && trial.command->value.program().bias_hold_s() > 0.0;
+  });
+}
+
+bool is_completed(const archive::Session& session) {
+  return session.state && session.state->phase() == v1::SESSION_COMPLETED;
+}
+
+/// The newest completed sessions of a subject; sessions come in the order of their start.
+Result<Chosen> choose(archive::Store& store, const std::vector<archive::SessionRecord>& records,
+                      const std::string& subject) {
+  Chosen chosen;
+  for (const auto& record : records) {
+    if (record.subject != subject) continue;
+    auto session = archive::read_session(store, record.session);
+    if (!session) return session.error();
+    if (!is_completed(*session)) continue;
+    (is_loaded(*session) ? chosen.loaded : chosen.unloaded) = std::move(*session);
+  }
+  return chosen;
+}
+
+}  // namespace
+
+impedance::CartesianImpedance truth_at(const plant::SubjectProfile& subject,
+                                       const Eigen::Vector2d& position) {
+  const auto truth = plant::true_impedance(subject, position);
+  return {truth.mass, truth.damping, truth.stiffness};
+}
+
+std::vector<impedance::PostureImpedance> Subject::postures(impedance::Method method) const {
+  std::vector<impedance::PostureImpedance> all;
+  if (!unloaded) return all;
+  for (const auto& condition : unloaded->conditions) {
+    const auto* estimate = condition.find(method);
+    if (estimate == nullptr) continue;
+    all.push_back({condition.condition.position, {estimate->value.M, estimate->value.B, estimate->value.K}});
+  }
+  return all;
+}
+
+std::vector<impedance::PostureImpedance> Subject::true_postures() const {
+  std::vector<impedance::PostureImpedance> all;
+  if (!unloaded || !truth) return all;
+  for (const auto& condition : unloaded->conditions) {
+    const Eigen::Vector2d& position = condition.condition.position;
+    all.push_back({position, truth_at(*truth, position)});
+  }
+  return all;
+}
+
+Result<impedance::LinkMasses> Subject::link_masses(impedance::Method method) const {
+  std::vector<impedance::PostureMass> masses;
+  for (const auto& condition : unloaded->conditions) {
+    const auto* estimate = condition.find(method);
+    if (estimate == nullptr) continue;
+    masses.push_back(
+        {condition.condition.position, estimate->value.M, condition.condition.posture != "proximal"});
+  }
+  return impedance::fit_link_masses(masses, {links.l1, links.l2, std::nullopt, std::nullopt});
+}
+
+Result<Study> read_study(archive::Store& store, const std::vector<plant::CohortSubject>& cohort,
+                         const std::function<void(std::size_t, std::size_t)>& progress) {
+  const auto records = store.sessions();
+  if (!records) return records.error();
+  Study study;
+  study.archive = std::filesystem::path(store.name()).filename().string();
+  study.is_simulated = true;
+  bool has_any = false;
+  for (const plant::CohortSubject& member : cohort) {
+    progress(study.subjects.size(), cohort.size());
+    Subject subject{member.name, member.profile.subject.links, member.profile.subject, {}, {}};
+    const auto chosen = choose(store, *records, member.name);
+    if (!chosen) return chosen.error();
+    for (const bool loaded : {false, true}) {
+      const auto& session = loaded ? chosen->loaded : chosen->unloaded;
+      if (!session) continue;
+      auto analysis = analyse(store, *session);
+      if (!analysis) return analysis.error();
+      (loaded ? subject.loaded : subject.unloaded) = std::move(*analysis);
+      has_any = true;
+    }
+    study.subjects.push_back(std::move(subject));
+  }
+  progress(cohort.size(), cohort.size());
+  if (!has_any) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: no completed session of the cohort's {} subjects ('{}' to '{}')",
+                            store.name(), cohort.size(), cohort.front().name, cohort.back().name));
+  }
+  return study;
+}
+
+}  // namespace tonus::study

@@ -1,0 +1,279 @@
+#include "analysis_service/study/tables.hpp"
+
+#include <algorithm>
+#include <array>
+#include <cmath>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/study/published.hpp"
+
+namespace tonus::study {
+namespace {
+
+using impedance::Hypothesis;
+using impedance::Method;
+using impedance::Model;
+
+constexpr const char* kNone = "–";
+
+std::string with_sd(double value, double sd, int digits) {
+  return fmt::format("{:.{}f} ± {:.{}f}", value, digits, sd, digits);
+}
+
+/// Fits a hypothesis to a subject's postures; none where that cannot be done.
+std::optional<impedance::HypothesisFit> fit(const Subject& subject,
+                                            const std::vector<impedance::PostureImpedance>& postures,
+                                            Hypothesis hypothesis) {
+  if (postures.empty()) return std::nullopt;
+  const auto joints = impedance::joint_matrices(postures, subject.links);
+  if (!joints) return std::nullopt;
+  auto fitted = impedance::fit_hypothesis(*joints, hypothesis);
+  if (!fitted) return std::nullopt;
+  return std::move(*fitted);
+}
+
+std::optional<impedance::HypothesisFit> fit(const Subject& subject, Hypothesis hypothesis) {
+  return fit(subject, subject.postures(Method::kStateVariable), hypothesis);
+}
+
+std::optional<impedance::HypothesisFit> true_fit(const Subject& subject, Hypothesis hypothesis) {
+  return fit(subject, subject.true_postures(), hypothesis);
+}
+
+std::string constants_text(const std::optional<impedance::HypothesisFit>& fit) {
+  if (!fit) return kNone;
+  std::string text;
+  for (Eigen::Index i = 0; i < fit->constants.size(); ++i) {
+    text += (i == 0 ? "" : ", ") + with_sd(fit->constants[i], fit->std[i], 3);
+  }
+  return text;
+}
+
+std::string true_text(const std::optional<impedance::HypothesisFit>& fit) {
+  if (!fit) return kNone;
+  std::string text;
+  for (Eigen::Index i = 0; i < fit->constants.size(); ++i)
+    text += fmt::format("{}{:.3f}", i == 0 ? "" : ", ", fit->constants[i]);
+  return text;
+}
+
+std::string error_text(const std::optional<impedance::HypothesisFit>& fit) {
+  return fit ? fmt::format("{:.0f}", 100.0 * fit->error) : kNone;
+}
+
+const ConditionAnalysis* posture_of(const Subject& subject, const std::string& posture) {
+  if (!subject.unloaded) return nullptr;
+  const auto& all = subject.unloaded->conditions;
+  const auto found =
+      std::find_if(all.begin(), all.end(), [&](const auto& c) { return c.condition.posture == posture; });
+  return found == all.end() ? nullptr : &*found;
+}
+
+std::string sigma_text(const impedance::Estimate* estimate) {
+  return estimate == nullptr ? kNone : fmt::format("{:.2f}, {:.2f}", estimate->sigma[0], estimate->sigma[1]);
+}
+
+/// Entries within a spread of the truth, and those that are not.
+struct Within {
+  int inside = 0;
+  int all = 0;
+  std::string outside;
+  void add(const std::string& name, double found, double truth, double spread) {
+    ++all;
+    if (std::abs(found - truth) <= spread) {
+      ++inside;
+    } else {
+      outside += fmt::format("{}{}: {:.3f}, true {:.3f} ± {:.3f}", outside.empty() ? "" : "; ", name, found,
+                             truth, spread);
+    }
+  }
+};
+
+void add_constants(Within& within, const Subject& subject, Hypothesis hypothesis, double spread) {
+  const auto found = fit(subject, hypothesis);
+  const auto truth = true_fit(subject, hypothesis);
+  if (!found || !truth) return;
+  for (Eigen::Index i = 0; i < found->constants.size(); ++i) {
+    within.add(subject.name + " " + std::string(impedance::name_of(hypothesis)), found->constants[i],
+               truth->constants[i], spread);
+  }
+}
+
+}  // namespace
+
+Table spread_table(const Study& study) {
+  Within one;
+  Within three;
+  Within four;
+  for (std::size_t s = 0; s < study.subjects.size(); ++s) {
+    const Subject& subject = study.subjects[s];
+    if (!subject.unloaded || !subject.truth) continue;
+    for (std::size_t m = 0; s < published::kTableOne.size() && m < std::size(impedance::kMethods); ++m) {
+      const auto masses = subject.link_masses(impedance::kMethods[m]);
+      if (!masses) continue;
+      const std::string name = subject.name + " " + std::string(name_of(impedance::kMethods[m]));
+      one.add(name + " m1", masses->mass[0], subject.truth->link_masses[0],
+              published::kTableOne[s].upper_arm[m].sd);
+      one.add(name + " m2", masses->mass[1], subject.truth->link_masses[1],
+              published::kTableOne[s].forearm[m].sd);
+    }
+    if (s >= published::kTableThree.size()) continue;
+    const auto& printed = published::kTableThree[s];
+    add_constants(three, subject, Hypothesis::kSS, printed.tau.sd);
+    add_constants(three, subject, Hypothesis::kSD, printed.zeta.sd);
+    add_constants(four, subject, Hypothesis::kMS, printed.tau.sd);
+    add_constants(four, subject, Hypothesis::kMD, printed.zeta.sd);
+  }
+  Table table{
+      "spread",
+      "Entries within the published spread of the cohort's truth",
+      "Spread: one standard deviation as printed for the same subject; Table IV prints none, so that of "
+      "the subject's tau and zeta in Table III.",
+      {"table", "inside", "of", "outside"},
+      {}};
+  const auto add = [&table](const char* name, const Within& within) {
+    table.rows.push_back({name, std::to_string(within.inside), std::to_string(within.all),
+                          within.outside.empty() ? kNone : within.outside});
+  };
+  add("I", one);
+  add("III", three);
+  add("IV", four);
+  return table;
+}
+
+Table table_one(const Study& study) {
+  Table table{
+      "table1",
+      "Table I. Link masses implied by the identified mass matrices",
+      "m1 upper arm, m2 forearm with hand, kg ± one standard deviation; the proximal posture is left "
+      "out of the fit, as published. The published values are those of the paper's subjects 1 to 3.",
+      {"subject", "method", "m1 (kg)", "m1 published", "m1 true", "m2 (kg)", "m2 published", "m2 true"},
+      {}};
+  for (std::size_t s = 0; s < study.subjects.size(); ++s) {
+    const Subject& subject = study.subjects[s];
+    if (!subject.unloaded) continue;
+    for (std::size_t m = 0; m < std::size(impedance::kMethods); ++m) {
+      const auto masses = subject.link_masses(impedance::kMethods[m]);
+      std::vector<std::string> row{subject.name, std::string(name_of(impedance::kMethods[m]))};
+      for (const Eigen::Index link : {0, 1}) {
+        row.push_back(masses ? with_sd(masses->mass[link], masses->std[link], 2) : kNone);
+        const bool is_published = s < published::kTableOne.size();
+        if (is_published) {
+          const auto& printed = published::kTableOne[s];
+          const auto& value = (link == 0 ? printed.upper_arm : printed.forearm)[m];
+          row.push_back(with_sd(value.value, value.sd, 2));
+        } else {
+          row.push_back(kNone);
+        }
+        row.push_back(subject.truth ? fmt::format("{:.2f}", subject.truth->link_masses[link]) : kNone);
+      }
+      table.rows.push_back(std::move(row));
+    }
+  }
+  return table;
+}
+
+Table table_two(const Study& study) {
+  Table table{
+      "table2",
+      "Table II. Fitting errors of four models",
+      "Root mean square fitting errors along x and y, N, state-variable filtering. Published: average "
+      "fitting errors of the paper's subjects 1 and 2.",
+      {"subject", "posture", "linear (3)", "published", "no damping (13)", "published", "Coriolis (14)",
+       "published", "squared velocity (15)", "published"},
+      {}};
+  constexpr std::array kModels{Model::kLinear, Model::kNoDamping, Model::kCoriolis, Model::kSquaredVelocity};
+  for (std::size_t s = 0; s < study.subjects.size(); ++s) {
+    for (std::size_t p = 0; p < published::kTableTwoPostures.size(); ++p) {
+      const auto* condition = posture_of(study.subjects[s], published::kTableTwoPostures[p]);
+      if (condition == nullptr) continue;
+      std::vector<std::string> row{study.subjects[s].name, published::kTableTwoPostures[p]};
+      for (std::size_t m = 0; m < kModels.size(); ++m) {
+        row.push_back(sigma_text(condition->find(Method::kStateVariable, kModels[m])));
+        if (s < published::kTableTwo.size()) {
+          const auto& printed = published::kTableTwo[s][p][m];
+          row.push_back(fmt::format("{:.2f}, {:.2f}", printed[0], printed[1]));
+        } else {
+          row.push_back(kNone);
+        }
+      }
+      table.rows.push_back(std::move(row));
+    }
+  }
+  return table;
+}
+
+Table table_three(const Study& study) {
+  Table table{
+      "table3",
+      "Table III. One constant between joint damping and joint stiffness",
+      "SS: B_ij = tau K_ij; SD: B_ij = 2 zeta sqrt(I_ij K_ij); ± one standard deviation; % error: root mean "
+      "square fitting error over the largest joint damping. True: the same fit to the true matrices.",
+      {"subject", "tau (s)", "published", "true", "SS % error", "published", "zeta", "published", "true",
+       "SD % error", "published"},
+      {}};
+  for (std::size_t s = 0; s < study.subjects.size(); ++s) {
+    const Subject& subject = study.subjects[s];
+    if (!subject.unloaded) continue;
+    const auto ss = fit(subject, Hypothesis::kSS);
+    const auto sd = fit(subject, Hypothesis::kSD);
+    std::vector<std::string> row{subject.name,
+                                 constants_text(ss),
+                                 kNone,
+                                 true_text(true_fit(subject, Hypothesis::kSS)),
+                                 error_text(ss),
+                                 kNone,
+                                 constants_text(sd),
+                                 kNone,
+                                 true_text(true_fit(subject, Hypothesis::kSD)),
+                                 error_text(sd),
+                                 kNone};
+    if (s < published::kTableThree.size()) {
+      const auto& printed = published::kTableThree[s];
+      row[2] = with_sd(printed.tau.value, printed.tau.sd, 3);
+      row[5] = fmt::format("{:.0f}", printed.tau_error);
+      row[7] = with_sd(printed.zeta.value, printed.zeta.sd, 2);
+      row[10] = fmt::format("{:.0f}", printed.zeta_error);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+Table table_four(const Study& study) {
+  Table table{"table4",
+              "Table IV. Three constants: shoulder, elbow, two-joint",
+              "MS: B_11 = tau_s K_11, B_22 = tau_e K_22, B_12 = tau_tj K_12; MD likewise with 2 zeta sqrt(I "
+              "K); otherwise as Table III.",
+              {"subject", "tau_s, tau_e, tau_tj (s)", "published", "true", "MS % error", "published",
+               "zeta_s, zeta_e, zeta_tj", "published", "true", "MD % error", "published"},
+              {}};
+  for (std::size_t s = 0; s < study.subjects.size(); ++s) {
+    const Subject& subject = study.subjects[s];
+    if (!subject.unloaded) continue;
+    const auto ms = fit(subject, Hypothesis::kMS);
+    const auto md = fit(subject, Hypothesis::kMD);
+    std::vector<std::string> row{subject.name,
+                                 constants_text(ms),
+                                 kNone,
+                                 true_text(true_fit(subject, Hypothesis::kMS)),
+                                 error_text(ms),
+                                 kNone,
+                                 constants_text(md),
+                                 kNone,
+                                 true_text(true_fit(subject, Hypothesis::kMD)),
+                                 error_text(md),
+                                 kNone};
+    if (s < published::kTableFour.size()) {
+      const auto& printed = published::kTableFour[s];
+      row[2] = fmt::format("{:.3f}, {:.3f}, {:.3f}", printed.tau[0], printed.tau[1], printed.tau[2]);
+      row[5] = fmt::format("{:.0f}", printed.tau_error);
+      row[7] = fmt::format("{:.3f}, {:.3f}, {:.3f}", printed.zeta[0], printed.zeta[1], printed.zeta[2]);
+      row[10] = fmt::format("{:.0f}", printed.zeta_error);
+    }
+    table.rows.push_back(std::move(row));
+  }
+  return table;
+}
+
+}  // namespace tonus::study
