@@ -1,9 +1,13 @@
 #include <cstdio>
+#include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/identification/archived_session.hpp"
 #include "analysis_service/identification/offline.hpp"
+#include "services/archive/open_store.hpp"
+#include "services/archive/session_reader.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/core/text_file.hpp"
@@ -14,7 +18,8 @@ namespace tonus::cli {
 namespace {
 
 struct IdentifyOptions {
-  std::string dataset;
+  std::string source;   ///< Dataset or archive.
+  std::string session;  ///< Of an archive; empty: the one that began last.
   std::string method = "state_variable";
   std::string model = "linear";
   impedance::Options settings;
@@ -47,18 +52,74 @@ Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& optio
   return analyses;
 }
 
-Result<void> identify(const IdentifyOptions& options) {
-  auto analyses = analyses_of(options);
-  if (!analyses) return analyses.error();
-  auto recordings = recording::read_dataset(options.dataset);
+using Estimates = Result<std::vector<identification::OfflineEstimate>>;
+
+Estimates identify_dataset(const IdentifyOptions& options, const std::vector<impedance::Options>& analyses) {
+  if (!options.session.empty()) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("--session {}: is for archives, '{}' is a dataset",
+                                                         options.session, options.source));
+  }
+  auto recordings = recording::read_dataset(options.source);
   if (!recordings) return recordings.error();
   for (auto& record : *recordings) {
     if (auto valid = impedance::validate(options.settings, 1.0 / record.sampling_frequency); !valid)
-      return valid;
+      return valid.error();
     if (options.force_sign == 0) continue;
-    if (auto stated = recording::state_force_sign(record, options.force_sign); !stated) return stated;
+    if (auto stated = recording::state_force_sign(record, options.force_sign); !stated) return stated.error();
   }
-  auto estimates = identification::identify_recordings(*recordings, *analyses);
+  return identification::identify_recordings(*recordings, analyses);
+}
+
+Estimates identify_archive(const std::string& name, const IdentifyOptions& options,
+                           const std::vector<impedance::Options>& analyses) {
+  if (options.force_sign != 0) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("--force-sign {:+d}: is for datasets, '{}' is an archive", options.force_sign,
+                            options.source));
+  }
+  auto store = archive::open_store_for_reading(name);
+  if (!store) return store.error();
+  const auto record = archive::find_session(**store, options.session);
+  if (!record) return record.error();
+  const auto session = archive::read_session(**store, record->session);
+  if (!session) return session.error();
+  for (const auto& trial : session->trials) {
+    if (!trial.outcome || !(trial.outcome->value.sample_rate_Hz() > 0.0)) continue;
+    const double period = 1.0 / trial.outcome->value.sample_rate_Hz();
+    if (auto valid = impedance::validate(options.settings, period); !valid) return valid.error();
+    break;
+  }
+  return identification::identify_session(**store, *session, analyses);
+}
+
+/// A file or a URL is an archive; a folder is a dataset, or the data folder of a system with its archive in
+/// it.
+Estimates identify_source(const IdentifyOptions& options, const std::vector<impedance::Options>& analyses) {
+  const std::filesystem::path source = options.source;
+  const bool is_url = options.source.find("://") != std::string::npos;
+  if (is_url || std::filesystem::is_regular_file(source))
+    return identify_archive(options.source, options, analyses);
+  const auto in_folder = source / "archive.sqlite";
+  const bool is_dataset = std::filesystem::exists(source / "dataset_description.json");
+  if (!is_dataset && std::filesystem::exists(in_folder))
+    return identify_archive(in_folder.string(), options, analyses);
+  return identify_dataset(options, analyses);
+}
+
+void print(const ConditionResult& result) {
+  std::printf("%s%s%s run %d, %s", result.participant.c_str(), result.session.empty() ? "" : " ",
+              result.session.c_str(), result.run, as_text(result.estimate, {}).c_str());
+  if (result.estimate.settled_s() >= 0.0) std::printf("  settled in %.3g s\n", result.estimate.settled_s());
+  for (const auto& trial : result.rejected) {
+    std::printf("  trial %lld left out: %s\n", static_cast<long long>(trial.trial), trial.reason.c_str());
+  }
+  std::printf("\n");
+}
+
+Result<void> identify(const IdentifyOptions& options) {
+  auto analyses = analyses_of(options);
+  if (!analyses) return analyses.error();
+  auto estimates = identify_source(options, *analyses);
   if (!estimates) return estimates.error();
 
   std::vector<ConditionResult> results;
@@ -68,14 +129,7 @@ Result<void> identify(const IdentifyOptions& options) {
     for (auto& trial : estimate.left_out) result.rejected.push_back({trial.trial, std::move(trial.reason)});
     results.push_back(std::move(result));
   }
-  for (const auto& result : results) {
-    std::printf("%s%s%s run %d, %s", result.participant.c_str(), result.session.empty() ? "" : " ",
-                result.session.c_str(), result.run, as_text(result.estimate, {}).c_str());
-    for (const auto& trial : result.rejected) {
-      std::printf("  trial %lld left out: %s\n", static_cast<long long>(trial.trial), trial.reason.c_str());
-    }
-    std::printf("\n");
-  }
+  for (const auto& result : results) print(result);
   if (options.json.empty()) return {};
   return write_text_file(options.json, as_json(results).dump(1) + "\n");
 }
@@ -83,11 +137,15 @@ Result<void> identify(const IdentifyOptions& options) {
 }  // namespace
 
 void add_identify_command(CLI::App& app, Command& chosen) {
-  auto* command = app.add_subcommand("identify", "Identifies a BIDS Motion dataset, without any service.");
+  auto* command = app.add_subcommand(
+      "identify", "Identifies a BIDS Motion dataset or an archived session, without any service.");
   auto options = std::make_shared<IdentifyOptions>();
-  command->add_option("dataset", options->dataset, "folder of the dataset")
-      ->required()
-      ->check(CLI::ExistingDirectory);
+  command
+      ->add_option("dataset", options->source,
+                   "folder of a dataset; or an archive, or the data folder it is in")
+      ->required();
+  command->add_option("--session", options->session,
+                      "of an archive: the session's id or its beginning; default: the one that began last");
   command->add_option("--method", options->method, "lowpass, optimal, state_variable or all")
       ->capture_default_str();
   command

@@ -5,12 +5,16 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_end.hpp"
 #include "services/cli/session_run.hpp"
+#include "services/cli/study_run.hpp"
 #include "services/cli/system.hpp"
+#include "services/scheduler/protocol_file.hpp"
 
 namespace tonus::cli {
 namespace {
 
 constexpr std::chrono::seconds kRosterLimit{30};
+constexpr const char* kStudyProtocol = "deploy/protocols/study.toml";
+constexpr const char* kStudyCohort = "deploy/profiles/cohort.toml";
 
 void add_run_options(CLI::App& command, RunOptions& run) {
   command.add_option("protocol", run.protocol, "TOML file of the protocol");
@@ -41,12 +45,39 @@ Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& ru
       op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.is_interrupted(); });
 }
 
-Result<void> demo(SystemOptions& system_options, RunOptions& run) {
+/// Runs a cohort, and says where its data are.
+Result<void> study(SystemOptions& system_options, const RunOptions& run, const scheduler::Protocol& protocol,
+                   const std::string& cohort) {
+  if (cohort.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                run.protocol + " is a study: --cohort must name the file of its subjects");
+  }
+  const SystemClock clock;
+  const auto begun = clock.now();
+  if (auto ran = run_study(system_options, run, protocol, cohort); !ran) return ran;
+  const auto data = runtime::data_folder(system_options.common);
+  if (!data) return data.error();
+  std::printf("%zu subjects in %.1f s\n", protocol.subjects.size(),
+              std::chrono::duration<double>(clock.now() - begun).count());
+  const std::string store =
+      system_options.store.empty() ? default_store(*data).string() : system_options.store;
+  std::printf("archive: %s\n", store.c_str());
+  return {};
+}
+
+Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::string& cohort) {
   run.profile = system_options.profile;
   run.dataset = system_options.dataset;
   if (auto good = check(run); !good) return good;
   if (auto text = protocol_text(run); !text) return text.error();
-  if (!run.dataset.empty()) system_options.driver = "replay";
+  if (run.dataset.empty()) {
+    const auto protocol = scheduler::load_protocol(run.protocol);
+    if (!protocol) return protocol.error();
+    if (protocol->kind == scheduler::ProtocolKind::kStudy)
+      return study(system_options, run, *protocol, cohort);
+  } else {
+    system_options.driver = "replay";
+  }
   auto end = OperatorEnd::join(system_options.common);
   if (!end) return end.error();
   OperatorEnd& op = **end;
@@ -97,13 +128,21 @@ void add_demo_command(CLI::App& app, Command& chosen) {
       app.add_subcommand("demo", "Starts the services, runs one protocol or dataset, and stops them.");
   auto system = std::make_shared<SystemOptions>();
   auto run = std::make_shared<RunOptions>();
+  auto cohort = std::make_shared<std::string>();
   system->speed = "max";
   add_system_options(*command, *system);
   add_run_options(*command, *run);
-  command->callback([system, run, &chosen] {
-    chosen = [system, run] {
+  command->add_option("--cohort", *cohort, "TOML file of a study's simulated subjects")
+      ->check(CLI::ExistingFile);
+  auto is_study = std::make_shared<bool>(false);
+  command->add_flag("--study", *is_study,
+                    std::string("the whole study: ") + kStudyProtocol + " with " + kStudyCohort);
+  command->callback([system, run, cohort, is_study, &chosen] {
+    chosen = [system, run, cohort, is_study] {
       runtime::start_log("tonus demo", system->common.log_level);
-      const auto outcome = demo(*system, *run);
+      if (*is_study && run->protocol.empty()) run->protocol = kStudyProtocol;
+      if (*is_study && cohort->empty()) *cohort = kStudyCohort;
+      const auto outcome = demo(*system, *run, *cohort);
       return outcome ? 0 : runtime::report("tonus demo", outcome.error());
     };
   });

@@ -18,6 +18,20 @@ Result<void> supervise(System& system) {
   return {};
 }
 
+/// Says where the pages are.
+Result<void> tell_dashboard(OperatorEnd& op, System& system) {
+  const auto health = [&op] { return op.client().roster().find(v1::ROLE_DASHBOARD); };
+  const auto deadline = op.clock().now() + kRosterLimit;
+  while (!op.client().wait_for([&] { return health() && health()->is_ready(); },
+                               std::chrono::milliseconds(100), [&op] { return op.is_interrupted(); })) {
+    if (auto kept = supervise(system); !kept) return kept;
+    if (op.is_interrupted() || op.clock().now() > deadline)
+      return fail(ErrorCode::kTimeout, "dashboard is not there");
+  }
+  std::printf("dashboard %s\n", health()->state().c_str());
+  return {};
+}
+
 Result<void> up(const SystemOptions& options) {
   auto end = OperatorEnd::join(options.common);
   if (!end) return end.error();
@@ -31,6 +45,9 @@ Result<void> up(const SystemOptions& options) {
       "ready after %.1f s: rig, scheduler, identification, archive in domain %d over %s; data in %s\n",
       std::chrono::duration<double>(op.clock().now() - begun).count(), options.common.domain,
       options.common.dds.c_str(), system->data().c_str());
+  if (options.has_dashboard) {
+    if (auto told = tell_dashboard(op, *system); !told) return told;
+  }
   std::fflush(stdout);
   while (!op.is_interrupted()) {
     (void)op.client().wait_for([] { return false; }, std::chrono::milliseconds(100),

@@ -13,7 +13,14 @@ void add_up_command(CLI::App& app, Command& chosen);
 void add_run_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
 void add_status_command(CLI::App& app, Command& chosen);
+void add_report_command(CLI::App& app, Command& chosen);
 void add_identify_command(CLI::App& app, Command& chosen);
+void add_ls_command(CLI::App& app, Command& chosen);
+void add_show_command(CLI::App& app, Command& chosen);
+void add_verify_command(CLI::App& app, Command& chosen);
+void add_recover_command(CLI::App& app, Command& chosen);
+void add_export_command(CLI::App& app, Command& chosen);
+void add_import_command(CLI::App& app, Command& chosen);
 void add_steering_commands(CLI::App& app, Command& chosen);  ///< pause, resume, abort
 
 }  // namespace tonus::cli

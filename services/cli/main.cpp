@@ -18,6 +18,13 @@ int main(int argc, char** argv) {
   cli::add_status_command(app, chosen);
   cli::add_steering_commands(app, chosen);
   cli::add_identify_command(app, chosen);
+  cli::add_report_command(app, chosen);
+  cli::add_ls_command(app, chosen);
+  cli::add_show_command(app, chosen);
+  cli::add_verify_command(app, chosen);
+  cli::add_export_command(app, chosen);
+  cli::add_import_command(app, chosen);
+  cli::add_recover_command(app, chosen);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   if (!chosen) {
     std::fprintf(stderr, "tonus: a command is needed (--help lists them)\n");

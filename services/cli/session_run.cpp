@@ -105,7 +105,7 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
   const Id session = start.session_id();
   const auto begun = clock.now();
   if (auto accepted = client.request(start, kReplyLimit); !accepted) return accepted.error();
-  std::printf("session %s\n", to_hex(session).c_str());
+  std::printf(options.is_brief ? "session %s; " : "session %s\n", to_hex(session).c_str());
   std::fflush(stdout);
 
   ProgressBar progress("trials");
@@ -142,7 +142,9 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
                stderr);
   }
   const double wall = std::chrono::duration<double>(clock.now() - begun).count();
-  if (auto printed = print_results(client, session, options); !printed) return printed;
+  if (!options.is_brief) {
+    if (auto printed = print_results(client, session, options); !printed) return printed;
+  }
   std::printf("%u trials, %u rejected; %.1f s of experiment in %.1f s, %.0f times real time\n",
               state.counted(), state.rejected(), state.experiment_s(), wall, state.experiment_s() / wall);
   std::fflush(stdout);

@@ -15,9 +15,10 @@ struct RunOptions {
   std::string dataset;   ///< Or: play every record of this dataset.
   std::string subject = "sub-01";
   std::uint64_t seed = 1;
-  std::string profile;  ///< Of the simulated rig, for the truth beside the results.
-  std::string json;     ///< File for the results.
-  bool is_dry = false;  ///< Say what would be done, and do nothing.
+  std::string profile;    ///< Of the simulated rig, for the truth beside the results.
+  std::string json;       ///< File for the results.
+  bool is_brief = false;  ///< Print one line at the end and no results: they are in the archive.
+  bool is_dry = false;    ///< Say what would be done, and do nothing.
 };
 
 /// Runs one session from start to end with a progress bar, prints its results on standard output and writes

@@ -105,11 +105,18 @@ Result<std::vector<std::string>> Supervisor::poll() {
 }
 
 void Supervisor::stop() {
+  stop_those([](const Child& child) { return !child.command.ends_last; });
+  stop_those([](const Child&) { return true; });
+  children_.clear();
+}
+
+void Supervisor::stop_those(const std::function<bool(const Child&)>& is_meant) {
   for (const auto& child : children_) {
-    if (child.process != 0) kill(child.process, SIGTERM);
+    if (child.process != 0 && is_meant(child)) kill(child.process, SIGTERM);
   }
   const auto deadline = std::chrono::steady_clock::now() + kStopPatience;
   for (auto& child : children_) {
+    if (!is_meant(child)) continue;
     while (child.process != 0 && waitpid(child.process, nullptr, WNOHANG) == 0) {
       if (std::chrono::steady_clock::now() > deadline) {
         kill(child.process, SIGKILL);
@@ -120,7 +127,6 @@ void Supervisor::stop() {
     }
     child.process = 0;
   }
-  children_.clear();
 }
 
 pid_t Supervisor::process_of(const std::string& name) const {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
@@ -15,6 +16,7 @@ struct ServiceCommand {
   std::string name;  ///< For messages and the log file, "archive".
   std::filesystem::path program;
   std::vector<std::string> arguments;
+  bool ends_last = false;  ///< Is told to end once the others have ended: who keeps what they say.
 };
 
 /// Starts the services of one machine and starts again each one that dies, after a pause that doubles from
@@ -32,7 +34,8 @@ class Supervisor {
   /// command line (exit code 1 or 2 within a second of its first start) is an error: its last words.
   [[nodiscard]] Result<std::vector<std::string>> poll();
 
-  /// SIGTERM to all, and SIGKILL to whoever is still there after 5 s.
+  /// SIGTERM to all, to those that end last once the others have ended, and SIGKILL to whoever is still there
+  /// 5 s later.
   void stop();
 
   /// Process id of a service that runs, 0 for one that does not.
@@ -50,6 +53,7 @@ class Supervisor {
 
   Supervisor(std::filesystem::path logs, const Clock& clock) : logs_(std::move(logs)), clock_(&clock) {}
   [[nodiscard]] Result<void> launch(Child& child);
+  void stop_those(const std::function<bool(const Child&)>& is_meant);
   [[nodiscard]] std::filesystem::path log_of(const Child& child) const {
     return logs_ / (child.command.name + ".log");
   }

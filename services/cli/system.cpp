@@ -43,8 +43,8 @@ std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesyst
   const auto folder = program_folder();
   const auto common = [&] { return common_arguments(o.common, data, o.common.dds); };
   const std::string rig_dds = o.rig_dds.empty() ? o.common.dds : o.rig_dds;
-  return {
-      {"archive", folder / "tonus-archive", common().add("--store", o.store).take()},
+  std::vector<ServiceCommand> all{
+      {"archive", folder / "tonus-archive", common().add("--store", o.store).take(), true},
       {"identification", folder / "tonus-identification",
        common()
            .add("--natural-frequency", o.natural_frequency)
@@ -56,6 +56,8 @@ std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesyst
       {"rig-agent", folder / "tonus-rig-agent",
        common_arguments(o.common, data, rig_dds)
            .add("--driver", o.driver)
+           .add("--driver-file", o.driver_file)
+           .add("--driver-options", o.driver_options)
            .add("--profile", o.profile)
            .add("--dataset", o.dataset)
            .add("--force-sign", o.force_sign)
@@ -63,6 +65,11 @@ std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesyst
            .add("--speed", o.speed)
            .take()},
   };
+  if (o.has_dashboard) {
+    all.push_back({"dashboard", folder / "tonus-dashboard",
+                   common().add("--store", o.store).add("--listen", o.dashboard_listen).take()});
+  }
+  return all;
 }
 
 }  // namespace
@@ -74,9 +81,11 @@ void add_system_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--speed", o.speed, "real: by the clock; max: as fast as the services keep up")
       ->check(CLI::IsMember({"real", "max"}))
       ->capture_default_str();
-  app.add_option("--driver", o.driver, "hardware of the rig: simulated or replay")
-      ->check(CLI::IsMember({"simulated", "replay"}))
+  app.add_option("--driver", o.driver, "hardware of the rig: simulated, replay, library or comedi")
+      ->check(CLI::IsMember({"simulated", "replay", "library", "comedi"}))
       ->capture_default_str();
+  app.add_option("--driver-file", o.driver_file, "of the library and comedi drivers")->check(CLI::ExistingFile);
+  app.add_option("--driver-options", o.driver_options, "handed to the library driver");
   app.add_option("--profile", o.profile, "TOML file of the simulated rig and subject")
       ->check(CLI::ExistingFile);
   app.add_option("--dataset", o.dataset, "BIDS dataset to play")->check(CLI::ExistingDirectory);
@@ -91,6 +100,8 @@ void add_system_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--window", o.window, "s from onset that are fitted")->check(CLI::PositiveNumber);
   app.add_option("--method", o.method, "lowpass, optimal, state_variable or all");
   app.add_option("--store", o.store, "file of the archive");
+  app.add_flag("--dashboard", o.has_dashboard, "serve the pages, too: operator, results, subject, archive");
+  app.add_option("--dashboard-listen", o.dashboard_listen, "its ADDRESS:PORT (default: 127.0.0.1:8765)");
 }
 
 Result<System> System::start(const SystemOptions& options, const Clock& clock) {

@@ -18,6 +18,8 @@ struct SystemOptions {
   std::string rig_dds;  ///< DDS of the rig agent where it differs from the others'.
   std::string speed = "real";
   std::string driver = "simulated";
+  std::string driver_file;
+  std::string driver_options;
   std::string profile;
   std::string dataset;
   std::string force_sign;
@@ -27,6 +29,8 @@ struct SystemOptions {
   std::string window;
   std::string method;
   std::string store;
+  bool has_dashboard = false;
+  std::string dashboard_listen;
 };
 
 void add_system_options(CLI::App& app, SystemOptions& options);

@@ -7,6 +7,7 @@
 
 #include "rig_agent/plant/profile.hpp"
 #include "rig_agent/plant/true_impedance.hpp"
+#include "services/archive/open_store.hpp"
 
 namespace tonus::testing {
 namespace {
@@ -66,6 +67,18 @@ std::string DemoRun::everything_printed() const {
 nlohmann::json DemoRun::results() const {
   std::ifstream file(folder_ / "results.json");
   return nlohmann::json::parse(file, nullptr, false);
+}
+
+archive::Session DemoRun::archived() const {
+  auto store = archive::open_store_for_reading((folder_ / "data" / "archive.sqlite").string());
+  EXPECT_TRUE(store) << store.error().message;
+  if (!store) return {};
+  const auto record = archive::find_session(**store, "last");
+  EXPECT_TRUE(record) << record.error().message;
+  if (!record) return {};
+  auto session = archive::read_session(**store, record->session);
+  EXPECT_TRUE(session) << session.error().message;
+  return session ? *session : archive::Session{};
 }
 
 void expect_truth_within(const nlohmann::json& results, double share) {

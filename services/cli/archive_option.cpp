@@ -1,0 +1,24 @@
+#include "services/cli/archive_option.hpp"
+
+#include "services/archive/open_store.hpp"
+#include "services/cli/system.hpp"
+#include "services/runtime/options.hpp"
+
+namespace tonus::cli {
+
+std::string ArchiveOption::name() const {
+  if (!archive.empty()) return archive;
+  return default_store(data.empty() ? runtime::default_data_folder() : std::filesystem::path(data)).string();
+}
+
+void add_archive_option(CLI::App& command, ArchiveOption& option) {
+  command.add_option("--archive", option.archive,
+                     "file or URL of the archive (default: archive.sqlite in the data folder)");
+  command.add_option("--data", option.data, "data folder")->envname("TONUS_DATA");
+}
+
+Result<std::unique_ptr<archive::Store>> open_to_read(const ArchiveOption& option) {
+  return archive::open_store_for_reading(option.name());
+}
+
+}  // namespace tonus::cli

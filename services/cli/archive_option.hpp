@@ -1,0 +1,26 @@
+#pragma once
+
+#include <CLI/CLI.hpp>
+#include <memory>
+#include <string>
+
+#include "services/archive/store.hpp"
+#include "services/core/result.hpp"
+
+namespace tonus::cli {
+
+/// Which archive a subcommand reads or fills.
+struct ArchiveOption {
+  std::string archive;  ///< A file or the URL of a server; the data folder's own where empty.
+  std::string data;     ///< The data folder, runtime::default_data_folder() where empty.
+
+  [[nodiscard]] std::string name() const;
+};
+
+/// Adds --archive and --data.
+void add_archive_option(CLI::App& command, ArchiveOption& option);
+
+/// A live archive may be read while its service writes it. Errors as archive::open_store_for_reading().
+[[nodiscard]] Result<std::unique_ptr<archive::Store>> open_to_read(const ArchiveOption& option);
+
+}  // namespace tonus::cli

@@ -1,0 +1,88 @@
+#include <cstdio>
+#include <filesystem>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/archive/session_reader.hpp"
+#include "services/cli/archive_option.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/progress_bar.hpp"
+#include "services/cli/session_text.hpp"
+#include "services/core/text_file.hpp"
+#include "services/exchange/csv_export.hpp"
+#include "services/exchange/hdf5_export.hpp"
+#include "services/exchange/session_recordings.hpp"
+#include "services/recording/dataset.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/version.hpp"
+
+namespace tonus::cli {
+namespace {
+
+namespace fs = std::filesystem;
+
+struct ExportOptions {
+  ArchiveOption archive;
+  std::string session;
+  std::string format;
+  std::string out;
+};
+
+Result<void> export_bids(archive::Store& store, const archive::Session& session, const fs::path& out,
+                         const exchange::Progress& progress) {
+  const auto recordings = exchange::recordings_of(store, session, progress);
+  if (!recordings) return recordings.error();
+  recording::WriteOptions options;
+  options.software_version = runtime::kVersion;
+  // What BIDS has no place for: kept beside, where its tools do not look.
+  options.further_files = {{"sourcedata/tonus/session.json", session_json(session).dump(1) + "\n"},
+                           {"code/protocol.toml", session.plan.protocol_toml()}};
+  return recording::write_dataset(out, *recordings, options);
+}
+
+Result<void> export_session(const ExportOptions& options) {
+  auto store = open_to_read(options.archive);
+  if (!store) return store.error();
+  const auto record = archive::find_session(**store, options.session);
+  if (!record) return record.error();
+  const auto session = archive::read_session(**store, record->session);
+  if (!session) return session.error();
+  ProgressBar bar("trials");
+  const auto progress = [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); };
+  Result<void> done;
+  if (options.format == "bids") {
+    done = export_bids(**store, *session, options.out, progress);
+  } else if (options.format == "csv") {
+    done = exchange::export_csv(**store, *session, options.out, progress);
+    if (done)
+      done = write_text_file(fs::path(options.out) / "session.json", session_json(*session).dump(1) + "\n");
+  } else {
+    done = exchange::export_hdf5(**store, *session, options.out, progress);
+  }
+  bar.clear();
+  if (!done) return done;
+  std::printf("session %s: %s\n", to_hex(record->session).c_str(), options.out.c_str());
+  return {};
+}
+
+}  // namespace
+
+void add_export_command(CLI::App& app, Command& chosen) {
+  auto* command = app.add_subcommand("export", "Writes an archived session for other programs.");
+  auto options = std::make_shared<ExportOptions>();
+  command->add_option("session", options->session, "its id or the beginning of it (default: the last one)");
+  add_archive_option(*command, options->archive);
+  command->add_option("--format", options->format, "bids or csv (a folder), or hdf5 (a file)")
+      ->required()
+      ->check(CLI::IsMember({"bids", "csv", "hdf5"}));
+  command->add_option("--out", options->out, "path that does not exist yet")->required();
+  command->callback([options, &chosen] {
+    chosen = [options] {
+      const auto outcome = export_session(*options);
+      return outcome ? 0 : runtime::report("tonus export", outcome.error());
+    };
+  });
+}
+
+}  // namespace tonus::cli

@@ -1,0 +1,87 @@
+#include <cstdio>
+#include <memory>
+#include <sstream>
+
+#include "analysis_service/identification/command_line.hpp"
+#include "services/archive/open_store.hpp"
+#include "services/cli/archive_option.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/progress_bar.hpp"
+#include "services/core/clock.hpp"
+#include "services/exchange/session_import.hpp"
+#include "services/recording/dataset.hpp"
+#include "services/runtime/configuration.hpp"
+#include "services/runtime/options.hpp"
+#include "services/runtime/version.hpp"
+
+namespace tonus::cli {
+namespace {
+
+struct ImportOptions {
+  std::string dataset;
+  ArchiveOption archive;
+  identification::CommandLine analysis;
+  std::string configuration;  ///< The options as TOML.
+};
+
+/// The settings of identification as its service would archive them; the force's sign, which is stated in the
+/// sessions' rig descriptions, excepted.
+std::string archived_configuration(const CLI::App& command) {
+  std::istringstream all(runtime::configuration_text(command));
+  std::string kept;
+  for (std::string line; std::getline(all, line);) {
+    if (line.rfind("force-sign", 0) != 0) kept += line + "\n";
+  }
+  return kept;
+}
+
+Result<void> import(const ImportOptions& options) {
+  auto recordings = recording::read_dataset(options.dataset);
+  if (!recordings) return recordings.error();
+  const auto analysis = options.analysis.settings("");
+  if (!analysis) return analysis.error();
+  if (analysis->force_sign < 0.0) {
+    for (auto& record : *recordings) {
+      if (auto stated = recording::state_force_sign(record, -1); !stated) return stated;
+    }
+  }
+  auto store = archive::open_store_for_writing(options.archive.name());
+  if (!store) return store.error();
+  const SystemClock clock;
+  const exchange::ImportSettings settings{
+      (std::filesystem::path(options.dataset) / "").parent_path().filename().string(), runtime::kVersion,
+      clock.utc_ns(), analysis->core, options.configuration};
+  ProgressBar bar("trials");
+  const auto imported = exchange::import_recordings(
+      **store, *recordings, settings,
+      [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
+  bar.clear();
+  if (!imported) return imported.error();
+  for (const auto& session : *imported) {
+    std::printf("session %s: %s, %s, %u trials\n", to_hex(session.session).c_str(), session.subject.c_str(),
+                session.protocol_name.c_str(), session.planned_trials);
+  }
+  return {};
+}
+
+}  // namespace
+
+void add_import_command(CLI::App& app, Command& chosen) {
+  auto* command =
+      app.add_subcommand("import", "Puts a BIDS Motion dataset into an archive, and identifies it.");
+  auto options = std::make_shared<ImportOptions>();
+  command->add_option("dataset", options->dataset, "folder of the dataset")
+      ->required()
+      ->check(CLI::ExistingDirectory);
+  add_archive_option(*command, options->archive);
+  options->analysis.add_to(*command);
+  command->callback([options, command, &chosen] {
+    options->configuration = archived_configuration(*command);
+    chosen = [options] {
+      const auto outcome = import(*options);
+      return outcome ? 0 : runtime::report("tonus import", outcome.error());
+    };
+  });
+}
+
+}  // namespace tonus::cli

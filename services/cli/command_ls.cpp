@@ -1,0 +1,133 @@
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "idl/bounds.hpp"
+#include "idl/names.hpp"
+#include "idl/topics.hpp"
+#include "services/bus/typed.hpp"
+#include "services/cli/archive_option.hpp"
+#include "services/cli/commands.hpp"
+#include "services/runtime/options.hpp"
+
+namespace tonus::cli {
+namespace {
+
+struct ListedSession {
+  archive::SessionRecord record;
+  std::optional<v1::SessionState> state;
+  archive::Certificate certificate;
+  std::size_t attempts = 0;
+  std::size_t incomplete = 0;
+};
+
+Result<std::vector<ListedSession>> list(archive::Store& store) {
+  const auto records = store.sessions();
+  if (!records) return records.error();
+  std::vector<ListedSession> sessions;
+  for (const auto& record : *records) {
+    ListedSession session{record, {}, {}, 0, 0};
+    const archive::MessageQuery query{std::string(topics::kSessionState.spec.name), {}, record.session};
+    auto visited = store.visit_messages(query, [&](const archive::Message& message) -> Result<void> {
+      if (auto state = bus::decode<v1::SessionState>(*message.payload)) session.state = std::move(*state);
+      return {};
+    });
+    if (!visited) return visited.error();
+    const auto trials = store.trials(record.session);
+    if (!trials) return trials.error();
+    session.attempts = trials->size();
+    for (const auto& trial : *trials) {
+      session.incomplete += trial.is_certified ? 0 : 1;
+      session.certificate.expected += trial.certificate.expected;
+      session.certificate.received += trial.certificate.received;
+      session.certificate.resent += trial.certificate.resent;
+      session.certificate.duplicated += trial.certificate.duplicated;
+      session.certificate.missing += trial.certificate.missing;
+    }
+    sessions.push_back(std::move(session));
+  }
+  return sessions;
+}
+
+std::string completeness(const ListedSession& session) {
+  if (session.attempts == 0) return "no trial yet";
+  if (session.incomplete == 0) return fmt::format("whole, {} samples", session.certificate.received);
+  return fmt::format("{} of {} trials incomplete, {} samples missing", session.incomplete, session.attempts,
+                     session.certificate.missing);
+}
+
+void print(const std::vector<ListedSession>& sessions) {
+  // As many digits as tell the sessions apart, and 8 at least.
+  std::size_t digits = 8;
+  std::vector<std::string> ids;
+  for (const auto& session : sessions) ids.push_back(to_hex(session.record.session));
+  std::sort(ids.begin(), ids.end());
+  for (std::size_t i = 1; i < ids.size(); ++i) {
+    while (digits < ids[i].size() && ids[i].compare(0, digits, ids[i - 1], 0, digits) == 0) ++digits;
+  }
+  std::printf("%-*s  %-12s %-16s %-20s %-10s %9s %8s  %s\n", static_cast<int>(digits), "session", "subject",
+              "protocol", "start", "state", "counted", "rejected", "samples");
+  for (const auto& session : sessions) {
+    const auto& record = session.record;
+    const std::uint32_t counted = session.state ? session.state->counted() : 0;
+    std::printf("%s  %-12s %-16s %-20s %-10s %9s %8u  %s\n", to_hex(record.session).substr(0, digits).c_str(),
+                record.subject.c_str(), record.protocol_name.c_str(), record.started_at.c_str(),
+                session.state ? v1::phase_name(session.state->phase()) : "unknown",
+                fmt::format("{}/{}", counted, record.planned_trials).c_str(),
+                session.state ? session.state->rejected() : 0, completeness(session).c_str());
+  }
+}
+
+nlohmann::json as_json(const std::vector<ListedSession>& sessions) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& session : sessions) {
+    const auto& counts = session.certificate;
+    list.push_back({{"session", to_hex(session.record.session)},
+                    {"subject", session.record.subject},
+                    {"protocol", session.record.protocol_name},
+                    {"started_at", session.record.started_at},
+                    {"state", session.state ? v1::phase_name(session.state->phase()) : "unknown"},
+                    {"planned", session.record.planned_trials},
+                    {"attempts", session.attempts},
+                    {"counted", session.state ? session.state->counted() : 0},
+                    {"rejected", session.state ? session.state->rejected() : 0},
+                    {"incomplete_trials", session.incomplete},
+                    {"samples",
+                     {{"expected", counts.expected},
+                      {"received", counts.received},
+                      {"resent", counts.resent},
+                      {"duplicated", counts.duplicated},
+                      {"missing", counts.missing}}}});
+  }
+  return {{"schema", 1}, {"sessions", list}};
+}
+
+}  // namespace
+
+void add_ls_command(CLI::App& app, Command& chosen) {
+  auto* command = app.add_subcommand("ls", "Lists the sessions of an archive.");
+  auto option = std::make_shared<ArchiveOption>();
+  auto is_json = std::make_shared<bool>(false);
+  add_archive_option(*command, *option);
+  command->add_flag("--json", *is_json, "for programs");
+  command->callback([option, is_json, &chosen] {
+    chosen = [option, is_json] {
+      auto store = open_to_read(*option);
+      if (!store) return runtime::report("tonus ls", store.error());
+      const auto sessions = list(**store);
+      if (!sessions) return runtime::report("tonus ls", sessions.error());
+      if (*is_json) {
+        std::printf("%s\n", as_json(*sessions).dump(1).c_str());
+      } else if (sessions->empty()) {
+        std::printf("no session in %s\n", (*store)->name().c_str());
+      } else {
+        print(*sessions);
+      }
+      return 0;
+    };
+  });
+}
+
+}  // namespace tonus::cli
