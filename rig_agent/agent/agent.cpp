@@ -159,6 +159,7 @@ void Agent::refuse(const v1::TrialCommand& command, const std::string& why) {
   outcome.end(v1::TRIAL_REFUSED);
   outcome.detail(why);
   outcome.sample_rate_Hz(options_.names.sample_rate);
+  if (auto logged = log_.ended(outcome); !logged) spdlog::error("{}", logged.error().message);
   publish_outcome(outcome);
 }
 

@@ -44,9 +44,10 @@ struct AgentOptions {
 /// Everything of the rig that is not realtime: takes commands from the bus, starts trials in the loop, spools
 /// and publishes what the loop measured, reports how trials ended, and sends again what somebody misses.
 ///
-/// A trial is run at most once: its id is looked up in the log first, and an outcome that is known is
-/// published again instead. A trial that an earlier run of the agent left unfinished is reported as
-/// TRIAL_BROKEN_OFF at the start, and samples that nobody has receipted are sent again until somebody does.
+/// A trial is run at most once: its id is looked up in the log first, and an outcome that is known, also a
+/// refusal, is published again instead. A trial that an earlier run of the agent left unfinished is reported
+/// as TRIAL_BROKEN_OFF at the start, and samples that nobody has receipted are sent again until somebody
+/// does.
 ///
 /// One thread calls step(). The loop runs in a thread of its own if it is paced; else step() advances it
 /// while a trial runs, and for two seconds after a command: between trials the simulated clock stands still.

@@ -15,19 +15,22 @@ namespace tonus::rig {
 /// not paced. The statement says what the operating system permitted.
 class LoopThread {
  public:
-  LoopThread(control::RigLoop& loop, bool is_paced);
+  LoopThread(control::RigLoop& loop, bool is_paced, const control::RealtimeRequest& request);
   ~LoopThread() { stop(); }
   LoopThread(const LoopThread&) = delete;
   LoopThread& operator=(const LoopThread&) = delete;
 
   void stop();
-  [[nodiscard]] const std::string& statement() const { return statement_; }
-  [[nodiscard]] const control::Pacer& pacer() const { return pacer_; }
+  [[nodiscard]] const std::string& statement() const { return grant_.statement; }
+  /// What was refused of the realtime means that were asked for: the statement; empty where nothing was.
+  [[nodiscard]] std::string refusal() const { return grant_.is_complete ? "" : grant_.statement; }
+  /// Null where the loop is not paced.
+  [[nodiscard]] const control::Pacer* pacer() const { return thread_.joinable() ? &pacer_ : nullptr; }
 
  private:
   control::MonotonicClock clock_;
   control::Pacer pacer_;
-  std::string statement_;
+  control::RealtimeGrant grant_;
   // Written by stop() (release), read by the loop (acquire).
   std::atomic<bool> is_stopping_{false};
   std::thread thread_;

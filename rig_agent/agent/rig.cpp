@@ -3,19 +3,50 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "rig_agent/drivers/calibrated.hpp"
+#ifdef TONUS_HAS_COMEDI
+#include "rig_agent/drivers/comedi.hpp"
+#endif
+#include "rig_agent/drivers/library.hpp"
 #include "rig_agent/drivers/replay.hpp"
 #include "rig_agent/drivers/simulated.hpp"
 #include "rig_agent/plant/profile.hpp"
 #include "services/recording/dataset.hpp"
 
 namespace tonus::rig {
+namespace {
+
+Result<plant::Profile> profile_of(const RigOptions& options) {
+  if (options.profile.empty()) return plant::Profile{};
+  return plant::load_profile(options.profile);
+}
+
+Error missing_driver_file(const char* driver, const char* what) {
+  return fail(ErrorCode::kInvalidArgument,
+              fmt::format("--driver {}: --driver-file is missing, {} is needed", driver, what));
+}
+
+}  // namespace
+
+control::RealtimeRequest RigOptions::realtime() const {
+  control::RealtimeRequest request;
+  if (fifo_priority == 0) request.fifo_priority.reset();
+  if (fifo_priority != 0) request.fifo_priority = fifo_priority;
+  request.cpu = loop_cpu;
+  return request;
+}
 
 void add_options(CLI::App& app, RigOptions& options) {
-  app.add_option("--driver", options.driver, "hardware: simulated or replay")
-      ->check(CLI::IsMember({"simulated", "replay"}))
+  app.add_option("--driver", options.driver, "hardware: simulated, replay, library or comedi")
+      ->check(CLI::IsMember({"simulated", "replay", "library", "comedi"}))
       ->capture_default_str();
-  app.add_option("--profile", options.profile, "TOML file of the simulated rig and subject")
+  app.add_option("--profile", options.profile,
+                 "TOML file of the rig (loop, limits, control, masses, sensors) and of the simulated subject")
       ->check(CLI::ExistingFile);
+  app.add_option("--driver-file", options.driver_file,
+                 "library: the shared library; comedi: the TOML file of what is connected")
+      ->check(CLI::ExistingFile);
+  app.add_option("--driver-options", options.driver_options, "text that is handed to the shared library");
   app.add_option("--dataset", options.dataset, "BIDS dataset that the replay driver plays")
       ->check(CLI::ExistingDirectory);
   app.add_option("--force-sign", options.force_sign,
@@ -28,19 +59,33 @@ void add_options(CLI::App& app, RigOptions& options) {
   app.add_option("--spool-MB", options.spool_MB, "size at which no new trial is begun")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  app.add_option("--loop-priority", options.fifo_priority,
+                 "SCHED_FIFO priority of the loop; 0: the scheduling is left alone")
+      ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  app.add_option("--loop-cpu", options.loop_cpu, "the one processor that the loop runs on")
+      ->check(CLI::Range(0, 1023));
 }
 
-Result<Rig> Rig::create(const RigOptions& options, const std::string& name) {
-  Rig rig;
+Result<Rig> Rig::create(const RigOptions& options, const std::string& name,
+                        const std::filesystem::path& calibration) {
+  Rig rig(options.driver);
   rig.names_.name = name;
   rig.names_.id = id_of("rig/" + name);
   rig.names_.driver = options.driver;
-  auto config = options.driver == "replay" ? rig.open_replay(options) : rig.open_simulated(options);
+  auto config = rig.open(options);
   if (!config) return config.error();
   rig.names_.loop_rate = config->rate;
   rig.names_.sample_rate = config->rate / config->sample_divider;
+  if (options.driver != "replay") {
+    if (auto calibrated = rig.calibrate(calibration); !calibrated) return calibrated.error();
+  }
 
   if (auto configured = rig.driver_->configure(1.0 / config->rate); !configured) return configured.error();
+  if (!options.is_paced() && !rig.driver_->capabilities().has_own_clock) {
+    return fail(ErrorCode::kInvalidArgument,
+                "--speed is max, allowed is real: this driver's clock is not its own");
+  }
   if (auto active = rig.driver_->activate(); !active) return active.error();
   auto loop = control::RigLoop::create(*rig.driver_, *config);
   if (!loop) return loop.error();
@@ -48,18 +93,63 @@ Result<Rig> Rig::create(const RigOptions& options, const std::string& name) {
   return rig;
 }
 
-Result<control::LoopConfig> Rig::open_simulated(const RigOptions& options) {
-  plant::Profile profile;
-  if (!options.profile.empty()) {
-    auto loaded = plant::load_profile(options.profile);
-    if (!loaded) return loaded.error();
-    profile = *loaded;
-  }
-  if (options.seed) profile.seed = *options.seed;
-  names_.home = profile.manipulandum.home;
-  driver_ = std::make_unique<drivers::Simulated>(profile);
-  return plant::loop_config(profile);
+Result<void> Rig::calibrate(const std::filesystem::path& file) {
+  if (file.empty()) return {};
+  auto calibration = calibration::Calibration::load(file, names_.driver);
+  if (!calibration) return calibration.error();
+  calibration_ = std::move(*calibration);
+  names_.calibrated_at = calibration_.at();
+  names_.calibrated_by = calibration_.by();
+  names_.calibration_toml = calibration_.text();
+  driver_ = std::make_unique<drivers::Calibrated>(
+      std::move(driver_),
+      [calibration = calibration_](const RigGeometry& geometry) { return calibration.applied_to(geometry); });
+  return {};
 }
+
+Result<control::LoopConfig> Rig::open(const RigOptions& options) {
+  if (options.driver == "replay") return open_replay(options);
+  if (options.driver == "library") return open_library(options);
+  if (options.driver == "comedi") return open_comedi(options);
+  return open_simulated(options);
+}
+
+Result<control::LoopConfig> Rig::open_simulated(const RigOptions& options) {
+  auto profile = profile_of(options);
+  if (!profile) return profile.error();
+  if (options.seed) profile->seed = *options.seed;
+  names_.home = profile->manipulandum.home;
+  driver_ = std::make_unique<drivers::Simulated>(*profile);
+  return plant::loop_config(*profile);
+}
+
+Result<control::LoopConfig> Rig::open_library(const RigOptions& options) {
+  if (options.driver_file.empty()) return missing_driver_file("library", "a shared library");
+  auto profile = profile_of(options);
+  if (!profile) return profile.error();
+  auto library = drivers::Library::load(options.driver_file, options.driver_options);
+  if (!library) return library.error();
+  names_.home = profile->manipulandum.home;
+  driver_ = std::move(*library);
+  return plant::loop_config(*profile);
+}
+
+#ifdef TONUS_HAS_COMEDI
+Result<control::LoopConfig> Rig::open_comedi(const RigOptions& options) {
+  if (options.driver_file.empty()) return missing_driver_file("comedi", "a TOML file of what is connected");
+  auto profile = profile_of(options);
+  if (!profile) return profile.error();
+  auto wiring = drivers::load_comedi_config(options.driver_file);
+  if (!wiring) return wiring.error();
+  names_.home = profile->manipulandum.home;
+  driver_ = std::make_unique<drivers::Comedi>(*wiring, plant::rig_geometry(*profile));
+  return plant::loop_config(*profile);
+}
+#else
+Result<control::LoopConfig> Rig::open_comedi(const RigOptions&) {
+  return fail(ErrorCode::kUnavailable, "--driver comedi: this program was built without libcomedi");
+}
+#endif
 
 Result<control::LoopConfig> Rig::open_replay(const RigOptions& options) {
   if (options.dataset.empty()) {

@@ -54,6 +54,9 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.sample_rate_Hz(names.sample_rate);
   wire.displacement_unit(names.displacement_unit);
   wire.force_unit(names.force_unit);
+  wire.calibrated_at(names.calibrated_at);
+  wire.calibrated_by(names.calibrated_by);
+  wire.calibration_toml(names.calibration_toml);
   return wire;
 }
 
@@ -85,6 +88,23 @@ v1::RigSample to_wire(const control::SampleRecord& record) {
   wire.phase(static_cast<std::uint8_t>(record.phase));
   const bool is_saturated = (record.flags & static_cast<std::uint16_t>(control::SampleFlag::kSaturated)) != 0;
   wire.flags(is_saturated ? 1 : 0);
+  return wire;
+}
+
+v1::FlightCycle to_wire(const control::CycleRecord& record) {
+  v1::FlightCycle wire;
+  wire.cycle(record.cycle);
+  wire.now_ns(record.now_ns);
+  wire.encoder_count(record.raw.encoder_count);
+  wire.force_V(record.raw.force_V);
+  wire.position_m(record.position);
+  wire.velocity_m_per_s(record.velocity);
+  wire.force_N(record.force);
+  wire.reference_m(record.reference);
+  wire.torque_Nm(record.torque);
+  wire.fault_bits(record.faults);
+  wire.missed_periods(record.missed_periods);
+  wire.phase(static_cast<std::uint8_t>(record.phase));
   return wire;
 }
 

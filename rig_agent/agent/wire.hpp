@@ -3,6 +3,7 @@
 #include <string>
 
 #include "rig_agent/control/fault.hpp"
+#include "rig_agent/control/flight_recorder.hpp"
 #include "rig_agent/control/sample_record.hpp"
 #include "rig_agent/control/trial_program.hpp"
 #include "services/core/id.hpp"
@@ -24,6 +25,9 @@ struct RigNames {
   Eigen::Vector2d home = Eigen::Vector2d::Zero();  ///< m, handle in R between trials
   std::string displacement_unit = "m";
   std::string force_unit = "N";
+  std::string calibrated_at;  ///< ISO 8601, empty if never
+  std::string calibrated_by;
+  std::string calibration_toml;  ///< The calibration's steps with their readings
 };
 
 [[nodiscard]] v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry);
@@ -32,6 +36,8 @@ struct RigNames {
 [[nodiscard]] control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t number);
 
 [[nodiscard]] v1::RigSample to_wire(const control::SampleRecord& record);
+
+[[nodiscard]] v1::FlightCycle to_wire(const control::CycleRecord& record);
 
 [[nodiscard]] v1::TrialEnd to_wire(control::TrialOutcome outcome);
 

@@ -27,10 +27,11 @@ struct CycleRecord {
   Phase phase = Phase::kIdle;
 };
 
-/// Keeps the last records of the loop, and holds them still from a fault on until they are released.
+/// Keeps the last records of the loop, and holds them still from a fault on until they have been read and are
+/// released. Frozen records are numbered, 1, 2, ...
 ///
-/// Threads: put(), freeze() and release() belong to the loop; the rest may be called from one other thread,
-/// and reads records only while is_frozen().
+/// Threads: put(), freeze() and release_if_read() belong to the loop; the rest may be called from one other
+/// thread, which reads records only while is_frozen() and before set_read().
 class FlightRecorder {
  public:
   explicit FlightRecorder(std::size_t capacity)
@@ -43,13 +44,26 @@ class FlightRecorder {
     ++written_;
   }
 
-  // Release pairs with the acquire in is_frozen(): who sees the recorder frozen sees every record.
-  /// REALTIME.
-  void freeze() noexcept { is_frozen_.store(true, std::memory_order_release); }
-  /// REALTIME. Recording goes on; who reads at that moment gets a mixture, so read before clearing the fault.
-  void release() noexcept { is_frozen_.store(false, std::memory_order_release); }
+  /// REALTIME. Does nothing while frozen.
+  void freeze() noexcept {
+    if (is_frozen_.load(std::memory_order_relaxed)) return;
+    number_.fetch_add(1, std::memory_order_relaxed);
+    // Release pairs with the acquire in is_frozen(): who sees the recorder frozen sees every record.
+    is_frozen_.store(true, std::memory_order_release);
+  }
+  /// REALTIME. Recording goes on if the frozen record has been read; else it stays as it is.
+  void release_if_read() noexcept {
+    // Acquire pairs with the release in set_read(): nothing is overwritten that is still being read.
+    if (!is_frozen_.load(std::memory_order_relaxed) ||
+        read_.load(std::memory_order_acquire) != number_.load(std::memory_order_relaxed)) {
+      return;
+    }
+    is_frozen_.store(false, std::memory_order_release);
+  }
 
   [[nodiscard]] bool is_frozen() const noexcept { return is_frozen_.load(std::memory_order_acquire); }
+  /// Number of the record that was frozen last; 0: none yet.
+  [[nodiscard]] std::uint32_t number() const noexcept { return number_.load(std::memory_order_relaxed); }
   /// Records held; 0 unless frozen.
   [[nodiscard]] std::size_t size() const noexcept {
     if (!is_frozen()) return 0;
@@ -60,12 +74,16 @@ class FlightRecorder {
     const std::uint64_t first = written_ < capacity_ ? 0 : written_ - capacity_;
     return records_[(first + i) % capacity_];
   }
+  /// The record of this number is not needed any more.
+  void set_read(std::uint32_t number) noexcept { read_.store(number, std::memory_order_release); }
 
  private:
   const std::size_t capacity_;
   const std::unique_ptr<CycleRecord[]> records_;
   std::uint64_t written_ = 0;
   std::atomic<bool> is_frozen_{false};
+  std::atomic<std::uint32_t> number_{0};
+  std::atomic<std::uint32_t> read_{0};
 };
 
 }  // namespace tonus::control

@@ -173,7 +173,6 @@ CommandReply RigLoop::clear_faults(std::uint64_t request) noexcept {
     return reply;
   }
   trial_.recover();
-  recorder_.release();
   return reply;
 }
 
@@ -211,6 +210,7 @@ void RigLoop::record_cycle(const drivers::Reading& reading, const Reference& ref
   cycle.faults = monitor_.latched();
   cycle.missed_periods = around.missed_periods;
   cycle.phase = trial_.phase();
+  if (monitor_.latched() == 0) recorder_.release_if_read();
   recorder_.put(cycle);
   if (monitor_.latched() != 0) recorder_.freeze();
   ++cycle_;

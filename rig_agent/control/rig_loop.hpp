@@ -108,7 +108,9 @@ class RigLoop {
   [[nodiscard]] LoopState state() const noexcept { return state_.load(); }
   [[nodiscard]] std::size_t samples_waiting() const noexcept { return samples_.size(); }
   [[nodiscard]] std::size_t sample_capacity() const noexcept { return samples_.capacity(); }
+  /// Frozen by the first fault; recording goes on once the record has been read and no fault is latched.
   [[nodiscard]] const FlightRecorder& flight_recorder() const noexcept { return recorder_; }
+  void set_flight_record_read(std::uint32_t number) noexcept { recorder_.set_read(number); }
   [[nodiscard]] const LoopConfig& config() const noexcept { return config_; }
   [[nodiscard]] double period() const noexcept { return period_; }
 

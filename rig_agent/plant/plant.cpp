@@ -25,7 +25,7 @@ struct Plant::Chains {
   control::TwoLinkState rig;
   control::TwoLinkState arm;
   Eigen::Matrix2d arm_jacobian;  // Of the hand in R, m/rad.
-  Eigen::Vector2d grip;          // N in R, on the hand.
+  Eigen::Vector2d grip;          // N in R, on the hand or on what is fixed to the handle.
 };
 
 Plant::Plant(const Profile& profile, double period)
@@ -52,7 +52,7 @@ Plant::Plant(const Profile& profile, double period)
 void Plant::seat(const ShoulderPose& shoulder, const Eigen::Vector2d& posture) noexcept {
   shoulder_to_robot_ = rotation(shoulder.angle);
   shoulder_origin_ = shoulder.origin;
-  subject_.take_posture(posture);
+  subject_.take_posture(profile_.bench.is_on ? profile_.subject.posture : posture);
   is_holding_ = false;
   take_hold();
 }
@@ -61,6 +61,10 @@ void Plant::seat(const ShoulderPose& shoulder, const Eigen::Vector2d& posture) n
 void Plant::take_hold() noexcept {
   const TwoLink& arm = profile_.subject.links;
   const control::TwoLinkState rig(profile_.manipulandum.links, state_.q);
+  if (profile_.bench.is_on) {
+    state_.t = arm.angles_at(profile_.subject.posture);
+    return;
+  }
   const Eigen::Vector2d hand = shoulder_to_robot_.transpose() * (rig.point - shoulder_origin_);
   is_holding_ = arm.reaches(hand);
   if (!is_holding_) return;
@@ -76,7 +80,9 @@ void Plant::step(const Eigen::Vector2d& torque) noexcept {
   const control::TwoLinkState arm(profile_.subject.links, state_.t);
   const SubjectDrive& drive =
       subject_.begin_period({state_.t, state_.t_rate, arm.point, arm.jacobian * state_.t_rate});
-  if (drive.is_holding && !is_holding_) {
+  if (profile_.bench.is_on) {
+    is_holding_ = false;
+  } else if (drive.is_holding && !is_holding_) {
     take_hold();
   } else {
     is_holding_ = drive.is_holding;
@@ -120,6 +126,11 @@ Plant::Chains Plant::chains(const PlantState& state) const noexcept {
     const Eigen::Vector2d stretch = c.rig.point - shoulder_origin_ - shoulder_to_robot_ * c.arm.point;
     const Eigen::Vector2d stretch_rate = c.rig.jacobian * state.q_rate - c.arm_jacobian * state.t_rate;
     c.grip = profile_.grip.stiffness * stretch + profile_.grip.damping * stretch_rate;
+  } else if (profile_.bench.is_on) {
+    const BenchProfile& bench = profile_.bench;
+    const Eigen::Vector2d stretch = c.rig.point - profile_.manipulandum.home;
+    c.grip =
+        bench.spring.cwiseProduct(stretch) + bench.damping * (c.rig.jacobian * state.q_rate) - bench.load;
   }
   return c;
 }
@@ -136,10 +147,11 @@ Eigen::Vector4d Plant::accelerations(const PlantState& state) const noexcept {
       drive.torque - drive.scale * (stiffness_ * (state.t - drive.equilibrium) + damping_ * state.t_rate);
   const Eigen::Vector2d arm_torque = muscle - arm_inertia_.coriolis(c.arm.sin_q2, state.t_rate) +
                                      c.arm.jacobian.transpose() * drive.force +
-                                     c.arm_jacobian.transpose() * c.grip;
+                                     (is_holding_ ? 1.0 : 0.0) * (c.arm_jacobian.transpose() * c.grip);
   Eigen::Vector4d a;
   a << control::inverse(inertia_.mass_matrix(c.rig.cos_q2)) * rig_torque,
       control::inverse(arm_inertia_.mass_matrix(c.arm.cos_q2)) * arm_torque;
+  if (profile_.bench.is_clamped) a.head<2>().setZero();
   return a;
 }
 
@@ -159,18 +171,21 @@ RawSample Plant::measure() noexcept {
   raw.acquisition_ns = time_ns();
   for (std::size_t i = 0; i < 2; ++i) {
     const auto joint = static_cast<Eigen::Index>(i);
-    raw.encoder_count[i] =
-        std::floor(geometry_.encoder_zero[i] + state_.q[joint] * geometry_.counts_per_unit[i]);
+    raw.encoder_count[i] = std::floor(geometry_.encoder_zero[i] + sensors.errors.zero_count[joint] +
+                                      state_.q[joint] * geometry_.counts_per_unit[i]);
   }
   const Eigen::Vector2d f_R = flexure_force();
   const double angle = state_.q[0] + state_.q[1] + sensors.force_sensor_angle;
-  const Eigen::Vector2d f_sensor = rotation(-angle) * f_R;
+  const Eigen::Vector2d f_true = rotation(-angle) * f_R;
+  const Eigen::Vector2d f_sensor(sensors.errors.force_row_x.dot(f_true),
+                                 sensors.errors.force_row_y.dot(f_true));
   const double volts_per_newton = sensors.voltage_full_scale / sensors.force_full_scale;
   const double step = sensors.force_resolution * volts_per_newton;
   for (std::size_t i = 0; i < 2; ++i) {
     const auto axis = static_cast<Eigen::Index>(i);
     const double force = f_sensor[axis] + sensors.force_noise * sensor_noise_.normal();
-    const double volts = force * volts_per_newton + sensors.force_offset_V[axis];
+    const double volts =
+        force * volts_per_newton + sensors.force_offset_V[axis] + sensors.errors.offset_V[axis];
     const double rounded = step > 0.0 ? step * std::round(volts / step) : volts;
     raw.force_V[i] = std::clamp(rounded, -sensors.voltage_full_scale, sensors.voltage_full_scale);
   }

@@ -27,6 +27,9 @@ struct PlantState {
 ///     I(t) t'' + c(t, t') = subject's torques(t, t') + J_t^T g      motor' = (command - motor) / time
 ///     constant
 ///
+/// On the bench (profile.hpp) nobody holds the handle: -g is the pull of weights and springs, and the arm
+/// rests.
+///
 /// g is the force on the hand; x_q and x_t are the handle's and the hand's position in R. Integrated by
 /// classical Runge-Kutta of fourth order with `sub_steps` fixed steps a period; the command, and what the
 /// subject does at random or with delay, is constant within a period, so that the result converges with

@@ -42,6 +42,21 @@ void read(TomlSection s, SensorProfile& sensors) {
   s.pair("force_offset_V", sensors.force_offset_V, -10.0, 10.0);
   s.number("force_sensor_angle_rad", sensors.force_sensor_angle, -std::numbers::pi, std::numbers::pi);
   s.number("handle_mass_kg", sensors.handle_mass, 0.0, 2.0);
+  TomlSection errors = s.section("errors");
+  errors.pair("zero_count", sensors.errors.zero_count, -1e6, 1e6);
+  errors.pair("offset_V", sensors.errors.offset_V, -10.0, 10.0);
+  errors.pair("force_row_x", sensors.errors.force_row_x, -10.0, 10.0);
+  errors.pair("force_row_y", sensors.errors.force_row_y, -10.0, 10.0);
+  errors.finish();
+  s.finish();
+}
+
+void read(TomlSection s, BenchProfile& bench) {
+  s.flag("is_on", bench.is_on);
+  s.flag("is_clamped", bench.is_clamped);
+  s.pair("load_N", bench.load, -500.0, 500.0);
+  s.pair("spring_N_per_m", bench.spring, 0.0, 5000.0);
+  s.number("damping_Ns_per_m", bench.damping, 0.0, 500.0);
   s.finish();
 }
 
@@ -198,6 +213,7 @@ void read(TomlSection s, Profile& profile) {
   read(s.section("sensors"), profile.sensors);
   read(s.section("grip"), profile.grip);
   read(s.section("subject"), profile.subject);
+  read(s.section("bench"), profile.bench);
   read(s.section("limits"), profile.limits);
   read(s.section("control"), profile.gains);
   s.finish();

@@ -27,6 +27,15 @@ struct ManipulandumProfile {
   Eigen::Vector2d home{0.30, 0.35};           ///< m in R, where the handle is at the start.
 };
 
+/// How the true sensors differ from what the driver's geometry says of them: what a calibration has to find.
+struct SensorErrors {
+  Eigen::Vector2d zero_count = Eigen::Vector2d::Zero();  ///< Added to the encoders' counts.
+  Eigen::Vector2d offset_V = Eigen::Vector2d::Zero();    ///< Added to the sensor's volts.
+  /// Rows of the matrix that the true force is multiplied by before it is measured: gain and crosstalk.
+  Eigen::Vector2d force_row_x{1.0, 0.0};
+  Eigen::Vector2d force_row_y{0.0, 1.0};
+};
+
 /// Encoders and force sensor.
 struct SensorProfile {
   double encoder_counts_per_rev = 8000.0;
@@ -38,6 +47,7 @@ struct SensorProfile {
   Eigen::Vector2d force_offset_V = Eigen::Vector2d::Zero();  ///< V at no force, known to the description.
   double force_sensor_angle = 0.0;                           ///< rad from the outer link.
   double handle_mass = 0.05;                                 ///< kg beyond the flexure.
+  SensorErrors errors;
 };
 
 /// The hand's hold on the handle: a spring and damper in both directions of the plane.
@@ -46,12 +56,23 @@ struct GripProfile {
   double damping = 500.0;    ///< N s/m.
 };
 
+/// The rig on the bench, without a subject: weights that pull the handle over pulleys, and springs that hold
+/// it. Pull of the two on the handle: load - spring (x - home) - damping x', in R.
+struct BenchProfile {
+  bool is_on = false;
+  bool is_clamped = false;                           ///< The links cannot move.
+  Eigen::Vector2d load = Eigen::Vector2d::Zero();    ///< N.
+  Eigen::Vector2d spring = Eigen::Vector2d::Zero();  ///< N/m, along x and y.
+  double damping = 0.0;                              ///< N s/m.
+};
+
 /// A simulated rig with its subject, and the loop that runs it: everything that a profile file says.
 struct Profile {
   ManipulandumProfile manipulandum;
   SensorProfile sensors;
   GripProfile grip;
   SubjectProfile subject;
+  BenchProfile bench;
   std::uint64_t seed = 1;
   unsigned sub_steps = 3;  ///< Integration steps in one period of the loop.
   double loop_rate = 1000.0;

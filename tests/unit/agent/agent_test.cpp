@@ -30,10 +30,10 @@ class AgentTest : public ::testing::Test {
     start_agent(1000);
   }
 
-  void start_agent(std::uint64_t epoch) {
+  void start_agent(std::uint64_t epoch, bool is_paced = false) {
     stop_agent();
     RigOptions rig_options;
-    rig_options.speed = "max";
+    rig_options.speed = is_paced ? "real" : "max";
     rig_options.seed = 1;
     auto rig = Rig::create(rig_options, "rig");
     ASSERT_TRUE(rig) << rig.error().message;
@@ -43,7 +43,7 @@ class AgentTest : public ::testing::Test {
     Publisher::Options publishing{.rig = rig_->names().id, .epoch = epoch};
     publisher_.emplace(publishing, *spool_, std::move(*bus_->create_writer(topics::kRigSamples.spec)),
                        clock_);
-    agent_.emplace(AgentOptions{rig_->names(), epoch, false}, rig_->loop(), nullptr, *publisher_, *spool_,
+    agent_.emplace(AgentOptions{rig_->names(), epoch, is_paced}, rig_->loop(), nullptr, *publisher_, *spool_,
                    *log_, std::move(*AgentEndpoints::create(*bus_, nullptr)), clock_);
     agent_->start(describe(rig_->names(), rig_->driver().geometry()));
   }
@@ -160,6 +160,22 @@ TEST_F(AgentTest, RefusesAProgramThatWouldLeaveTheWorkspaceAndNamesTheValue) {
       << outcome->detail();
 }
 
+TEST_F(AgentTest, AnswersARefusedTrialAlikeWhenItsCommandIsRepeated) {
+  auto far = command(1);
+  far.program().amplitude_m(0.5);
+  ASSERT_TRUE(commands_->write(far));
+  const auto first = run_to_outcome();
+  ASSERT_TRUE(commands_->write(command(1)));  // The same trial, which could be run as it stands now.
+  const auto second = run_to_outcome();
+  ASSERT_TRUE(first && second);
+  EXPECT_EQ(second->end(), v1::TRIAL_REFUSED);
+  EXPECT_EQ(second->detail(), first->detail());
+  start_agent(2000);
+  const auto after_restart = run_to_outcome();
+  ASSERT_TRUE(after_restart);
+  EXPECT_EQ(after_restart->end(), v1::TRIAL_REFUSED);
+}
+
 TEST_F(AgentTest, SendsSpooledSamplesAgainWhenAsked) {
   ASSERT_TRUE(commands_->write(command(1)));
   const auto outcome = run_to_outcome();
@@ -208,6 +224,34 @@ TEST_F(AgentTest, AnEmergencyStopEndsTheTrialAndIsAnsweredAfterItsEffect) {
   const auto replies = runtime::drain(*rig_replies_);
   ASSERT_EQ(replies.size(), 1U);
   EXPECT_EQ(replies[0].value.request_id(), stop.request_id());
+}
+
+TEST_F(AgentTest, StopsThePacedLoopWithinTwoCyclesOfTheTopicsEmergencyStop) {
+  start_agent(1000, true);
+  std::int64_t now = 0;
+  const auto cycle = [&] { rig_->loop().step(now += 1'000'000); };
+  ASSERT_TRUE(commands_->write(command(1)));
+  for (int i = 0; i < 3000 && rig_->loop().state().phase != control::Phase::kWaiting; ++i) {
+    agent_->step();
+    cycle();
+  }
+  ASSERT_EQ(rig_->loop().state().phase, control::Phase::kWaiting);
+  v1::RigCommand stop;
+  stop.rig_id(rig_->names().id);
+  stop.request_id(random_id());
+  stop.request(v1::RIG_EMERGENCY_STOP);
+  ASSERT_TRUE(rig_commands_->write(stop));
+  agent_->step();
+  int cycles = 0;
+  while (rig_->loop().state().phase != control::Phase::kSafe && cycles < 10) {
+    cycle();
+    ++cycles;
+  }
+  EXPECT_LE(cycles, 2);
+  agent_->step();
+  const auto replies = runtime::drain(*rig_replies_);
+  ASSERT_EQ(replies.size(), 1U);
+  EXPECT_TRUE(replies[0].value.is_done());
 }
 
 }  // namespace

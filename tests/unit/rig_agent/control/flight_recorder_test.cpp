@@ -29,19 +29,36 @@ TEST(FlightRecorder, HoldsWhatThereIsWhenFrozenEarly) {
   EXPECT_EQ(recorder.at(1).cycle, 1U);
 }
 
-TEST(FlightRecorder, ChangesNothingWhileFrozenAndGoesOnAfterRelease) {
+TEST(FlightRecorder, ChangesNothingWhileFrozenAndGoesOnOnceItHasBeenRead) {
   FlightRecorder recorder(2);
   recorder.put(cycle(0));
   recorder.put(cycle(1));
   recorder.freeze();
   recorder.put(cycle(2));
+  recorder.release_if_read();
   EXPECT_EQ(recorder.at(1).cycle, 1U);
-  recorder.release();
+  recorder.set_read(recorder.number());
+  EXPECT_TRUE(recorder.is_frozen());  // Until the loop releases it.
+  recorder.release_if_read();
   EXPECT_EQ(recorder.size(), 0U);
   recorder.put(cycle(3));
   recorder.freeze();
   EXPECT_EQ(recorder.at(0).cycle, 1U);
   EXPECT_EQ(recorder.at(1).cycle, 3U);
+}
+
+TEST(FlightRecorder, NumbersWhatItFreezes) {
+  FlightRecorder recorder(2);
+  EXPECT_EQ(recorder.number(), 0U);
+  recorder.freeze();
+  recorder.freeze();
+  EXPECT_EQ(recorder.number(), 1U);
+  recorder.set_read(1);
+  recorder.release_if_read();
+  recorder.freeze();
+  EXPECT_EQ(recorder.number(), 2U);
+  recorder.release_if_read();  // The first was read, the second was not.
+  EXPECT_TRUE(recorder.is_frozen());
 }
 
 }  // namespace

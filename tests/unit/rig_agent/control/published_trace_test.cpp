@@ -81,6 +81,30 @@ TEST(PublishedTrace, HasItsRiseExcursionAndAccelerationFromEveryPostureInEveryDi
   }
 }
 
+TEST(PublishedTrace, IsTheSameAtTheHighestRateOfTheLoop) {
+  plant::Profile profile = profile_with_ideal_sensors();
+  profile.loop_rate = 4000.0;
+  profile.sample_divider = 4;  // 1 kHz, as the figures below are taken.
+  SimulatedRig rig(profile);
+  for (const Eigen::Vector2d& posture : published_postures()) {
+    for (int k = 0; k < 8; k += 2) {
+      SCOPED_TRACE(::testing::Message()
+                   << "posture " << posture.transpose() << ", direction " << 45 * k << " deg");
+      const double angle = k * std::numbers::pi / 4;
+      const Trace t = trace(rig, rig.program(posture, angle));
+      const double excursion = largest_norm(t.displacement);
+      EXPECT_GT(excursion, 0.005);
+      EXPECT_LT(excursion, 0.010);
+      const double rise = time_of_first_peak(t.displacement, {std::cos(angle), std::sin(angle)});
+      EXPECT_GT(rise, 0.16);
+      EXPECT_LT(rise, 0.21);
+      const double acceleration = largest_acceleration(t.displacement);
+      EXPECT_GT(acceleration, 1.0);
+      EXPECT_LT(acceleration, 1.8);
+    }
+  }
+}
+
 TEST(PublishedTrace, IsUnderdampedAndStaysWhereItIsHeld) {
   SimulatedRig rig(profile_with_ideal_sensors());
   const Trace t = trace(rig, rig.program());

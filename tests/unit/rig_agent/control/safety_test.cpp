@@ -191,6 +191,24 @@ TEST_F(Safety, StopsWithinTwoCyclesAtAValueThatIsNotFinite) {
   expect_fault(Fault::kNotFinite);
 }
 
+TEST_F(Safety, StopsWithinTwoCyclesAtACountThatIsNotFinite) {
+  start_trial();
+  EXPECT_LE(cycles_to_safe_state([&] { driver_->offset[0] = std::numeric_limits<double>::infinity(); }), 2);
+  for (const auto& torque : driver_->written) EXPECT_TRUE(torque.allFinite());
+  expect_fault(Fault::kNotFinite);
+}
+
+TEST_F(Safety, StopsWithinTwoCyclesAtAnEncoderJumpOfEitherJointInEitherDirection) {
+  for (const std::size_t joint : {0U, 1U}) {
+    for (const double counts : {26.0, -26.0}) {
+      make(LoopConfig{});
+      start_trial();
+      EXPECT_LE(cycles_to_safe_state([&] { driver_->offset[joint] = counts; }), 2);
+      expect_fault(Fault::kEncoderJump);
+    }
+  }
+}
+
 TEST_F(Safety, StopsWithinTwoCyclesWhenTheSensorIsDisconnected) {
   start_trial();
   EXPECT_LE(cycles_to_safe_state([&] { driver_->status = drivers::DriverStatus::kDisconnected; }), 2);
@@ -216,11 +234,11 @@ TEST_F(Safety, StopsWithinTwoCyclesAtTheDevicesEmergencyStop) {
   expect_fault(Fault::kEmergencyStop);
 }
 
-TEST_F(Safety, StopsInTheCycleThatFollowsTooManyMissedPeriods) {
+TEST_F(Safety, StopsWithinTwoCyclesOfTooManyMissedPeriods) {
   start_trial();
   step(24);
   EXPECT_EQ(loop_->state().faults, 0U);
-  step(25);
+  step(25);  // The first cycle after the gap.
   EXPECT_TRUE(is_safe());
   expect_fault(Fault::kOverrun);
 }
@@ -272,6 +290,20 @@ TEST_F(Safety, ClearsAFaultOnlyByCommandAndOnlyWhenItsCauseIsGone) {
   EXPECT_EQ(ask(CommandKind::kClearFaults).result, CommandResult::kDone);
   EXPECT_EQ(loop_->state().phase, Phase::kIdle);
   EXPECT_EQ(loop_->state().faults, 0U);
+}
+
+TEST_F(Safety, HoldsTheFlightRecordUntilItIsReadAlsoWhenTheFaultIsCleared) {
+  start_trial();
+  loop_->emergency_stop();
+  for (int i = 0; i < 500; ++i) step();
+  Command command;
+  command.kind = CommandKind::kClearFaults;
+  ASSERT_TRUE(loop_->post(command));
+  for (int i = 0; i < 10; ++i) step();
+  ASSERT_EQ(loop_->state().faults, 0U);
+  EXPECT_TRUE(loop_->flight_recorder().is_frozen());
+  loop_->set_flight_record_read(loop_->flight_recorder().number());
+  step();
   EXPECT_FALSE(loop_->flight_recorder().is_frozen());
 }
 

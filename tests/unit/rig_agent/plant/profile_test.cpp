@@ -31,6 +31,8 @@ TEST(Profile, ReadsTheDefaultFileAsTheBuiltInDefaults) {
   EXPECT_EQ(loaded->subject.link_masses, defaults.subject.link_masses);
   EXPECT_EQ(loaded->subject.recentring.time_constant, defaults.subject.recentring.time_constant);
   EXPECT_EQ(loaded->sub_steps, defaults.sub_steps);
+  EXPECT_FALSE(loaded->bench.is_on);
+  EXPECT_EQ(loaded->sensors.errors.force_row_y, defaults.sensors.errors.force_row_y);
   EXPECT_EQ(loaded->limits.force, defaults.limits.force);
   EXPECT_EQ(loaded->limits.torque, defaults.limits.torque);
   EXPECT_EQ(loaded->gains.perturbation_phase, defaults.gains.perturbation_phase);
@@ -106,8 +108,7 @@ TEST(Profile, RefusesAnUnknownKeyAtEveryDepthAndListsTheKnownOnes) {
       "two_joint");
   EXPECT_EQ(refusal("[robot]"),
             "mine.toml: robot is an unknown key, allowed are simulation, loop, manipulandum, sensors, grip, "
-            "subject, "
-            "limits, control");
+            "subject, bench, limits, control");
 }
 
 TEST(Profile, NamesThePlaceOfASyntaxError) {

@@ -1,0 +1,38 @@
+#pragma once
+
+#include <functional>
+#include <memory>
+#include <utility>
+
+#include "rig_agent/drivers/driver.hpp"
+
+namespace tonus::drivers {
+
+/// Another driver whose geometry is corrected by what a calibration found; all else is that driver's.
+class Calibrated final : public Driver {
+ public:
+  using Correction = std::function<RigGeometry(const RigGeometry&)>;
+
+  Calibrated(std::unique_ptr<Driver> driver, Correction correction)
+      : driver_(std::move(driver)), correction_(std::move(correction)) {}
+
+  Result<void> configure(double period) override {
+    auto configured = driver_->configure(period);
+    if (configured) geometry_ = correction_(driver_->geometry());
+    return configured;
+  }
+  Result<void> activate() override { return driver_->activate(); }
+  void deactivate() noexcept override { driver_->deactivate(); }
+  [[nodiscard]] Capabilities capabilities() const noexcept override { return driver_->capabilities(); }
+  [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
+  DriverStatus read(Reading& reading) noexcept override { return driver_->read(reading); }
+  DriverStatus write(const Eigen::Vector2d& torque) noexcept override { return driver_->write(torque); }
+  void begin_trial(const TrialNotice& notice) noexcept override { driver_->begin_trial(notice); }
+
+ private:
+  const std::unique_ptr<Driver> driver_;
+  const Correction correction_;
+  RigGeometry geometry_;
+};
+
+}  // namespace tonus::drivers

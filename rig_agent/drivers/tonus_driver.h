@@ -1,0 +1,108 @@
+/* A rig's hardware for tonus-rig-agent, as a shared library: version 1 of the interface.
+ *
+ * The library exports one function, tonus_driver_v1(), and needs nothing else of tonus than this file. How to
+ * write one: README.md in this folder; a complete example: examples/driver.
+ *
+ * States      unconfigured --configure--> inactive --activate--> active --deactivate--> inactive
+ * The agent keeps to them: it calls read and write only between activate and deactivate, configure only when
+ * inactive or unconfigured, and destroy last. deactivate may come in every state and leaves the motors
+ * without torque.
+ *
+ * Ownership   The table that tonus_driver_v1() returns is the library's and lives as long as the library is
+ * loaded. What create() returns is the library's, given up by destroy(). Pointers that a function is handed
+ * are the agent's and are not kept beyond the call; texts are UTF-8 and end with a zero.
+ *
+ * Threads     One thread at a time. read, write and begin_trial come from the realtime thread: they allocate
+ * nothing, wait for nothing but the device, take no lock that another thread may hold, write no log, and
+ * return within a small part of the period. The other functions may take their time. No function lets an
+ * exception out.
+ *
+ * Units       SI, angles counter-clockwise. Encoder counts and volts are raw: tonus converts them by the
+ * description.
+ */
+#ifndef TONUS_DRIVER_H
+#define TONUS_DRIVER_H
+
+#include <stddef.h>
+#include <stdint.h>
+
+#ifdef __cplusplus
+extern "C" {
+#endif
+
+/* Of this file. A library states the version that it was built with; the agent refuses another one. */
+#define TONUS_DRIVER_VERSION 1u
+
+/* What a call came to; any other value counts as TONUS_DRIVER_FAILED. Anything but OK in the running loop is
+ * a fault: the rig stops. */
+enum {
+  TONUS_DRIVER_OK = 0,
+  TONUS_DRIVER_DISCONNECTED = 1, /* a sensor or the card does not answer */
+  TONUS_DRIVER_FAILED = 2        /* the device refused */
+};
+
+/* The rig: two links in the horizontal plane, an encoder on each joint, a two-axis force sensor that turns
+ * with the outer link. Asked for after configure(), constant from then on. joint angle (rad) = encoder_sign
+ * (count - encoder_zero_count) / encoder_counts_per_rad force on the arm (N), sensor's axes =
+ * force_calibration_N_per_V (volts - force_offset_V) */
+typedef struct tonus_driver_description {
+  double link_lengths_m[2];
+  double encoder_counts_per_rad[2];
+  double encoder_zero_count[2];
+  double encoder_sign[2];              /* +1 or -1 */
+  double force_calibration_N_per_V[4]; /* row-major 2x2 */
+  double force_offset_V[2];
+  double force_sensor_angle_rad; /* sensor's x axis from the outer link */
+  double force_saturation_V;     /* |V| at which a channel is at its end stop */
+  double handle_mass_kg;         /* on the hand's side of the flexure */
+  int32_t has_own_clock;         /* not 0: time advances by one period a cycle, however fast it is called */
+} tonus_driver_description;
+
+/* One cycle's input. Every member is set by read(). */
+typedef struct tonus_driver_reading {
+  int64_t acquisition_ns; /* one monotonic clock; increases from read to read, also across activate */
+  double encoder_count[2];
+  double force_V[2];
+  int32_t is_emergency_stop_pressed;
+} tonus_driver_reading;
+
+/* Where the subject's shoulder stands (in the robot's frame R) and the hand is to be (in the shoulder's frame
+ * S) in the trial that begins. Hardware has no use for it. */
+typedef struct tonus_driver_trial {
+  double shoulder_origin_m[2];
+  double shoulder_angle_rad;
+  double posture_m[2];
+} tonus_driver_trial;
+
+typedef struct tonus_driver_v1_table {
+  uint32_t version; /* TONUS_DRIVER_VERSION */
+  uint32_t size;    /* sizeof(tonus_driver_v1_table) */
+
+  /* One rig. `options` is the text of --driver-options, "" if there is none. NULL on failure, with the reason
+   * in one line in `error` (at most error_size bytes with its zero); so it is with every `error` below. */
+  void* (*create)(const char* options, char* error, size_t error_size);
+  void (*destroy)(void* rig);
+
+  /* 0 or an error. The period is finite and positive; refuse what the device cannot do, saying what is
+   * allowed. */
+  int (*configure)(void* rig, double period_s, char* error, size_t error_size);
+  void (*describe)(void* rig, tonus_driver_description* description);
+  int (*activate)(void* rig, char* error, size_t error_size);
+  void (*deactivate)(void* rig);
+
+  /* Realtime. read() fills the reading when it returns OK. write() gives the joint torques (N m) for the
+   * period that begins; they are finite, and stay as they are until the next write. begin_trial may be NULL.
+   */
+  int (*read)(void* rig, tonus_driver_reading* reading);
+  int (*write)(void* rig, const double torque_Nm[2]);
+  void (*begin_trial)(void* rig, const tonus_driver_trial* trial);
+} tonus_driver_v1_table;
+
+/* The one symbol that is looked up. */
+const tonus_driver_v1_table* tonus_driver_v1(void);
+
+#ifdef __cplusplus
+}
+#endif
+
+#endif

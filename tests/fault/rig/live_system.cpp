@@ -1,0 +1,164 @@
+#include "tests/fault/rig/live_system.hpp"
+
+#include <algorithm>
+#include <csignal>
+#include <fstream>
+#include <spdlog/fmt/fmt.h>
+#include <sstream>
+#include <stdexcept>
+
+#include "idl/topics.hpp"
+#include "services/archive/open_store.hpp"
+#include "services/runtime/drain.hpp"
+#include "services/runtime/options.hpp"
+
+namespace tonus::testing {
+namespace {
+
+constexpr std::chrono::seconds kStartLimit{60};
+constexpr const char* kOthers[] = {"tonus-archive", "tonus-identification", "tonus-scheduler"};
+
+constexpr char kProtocol[] = R"(
+schema = 1
+kind = "unloaded"
+name = "short"
+[[posture]]
+name = "reference"
+position_m = [0.000, 0.380]
+[perturbation]
+directions = {}
+sets = 1
+amplitude_m = 0.005
+rise_time_s = 0.2
+hold_s = [1.5, 1.5]
+wait_s = [0.5, 0.7]
+)";
+
+template <typename T>
+T needed(Result<T> result) {
+  if (!result) throw std::runtime_error(result.error().message);
+  return std::move(*result);
+}
+
+}  // namespace
+
+LiveSystem::LiveSystem() : notifier_(std::make_shared<bus::Notifier>()) {
+  // A machine that others use holds a loop up for longer than a rig's own would: that is not what is tested.
+  std::ofstream(folder_ / "profile.toml") << "[limits]\nmissed_periods = 2000\n";
+  const std::string domain = std::to_string(own_domain());
+  up_ = std::make_unique<Process>(
+      program("tonus"),
+      std::vector<std::string>{"up", "--speed", "real", "--domain", domain, "--data",
+                               (folder_ / "data").string(), "--profile", (folder_ / "profile.toml").string()},
+      folder_ / "up");
+  if (!up_->wait_for_output("ready after", kStartLimit))
+    throw std::runtime_error("the services are not ready: " + everything_printed());
+  runtime::CommonOptions common;
+  common.domain = own_domain();
+  bus_ = needed(runtime::open_bus(common, "rig-fault-test"));
+  states_.emplace(needed(bus::TypedReader<v1::RigState>::create(*bus_, topics::kRigState, notifier_)));
+  timings_.emplace(needed(bus::TypedReader<v1::RigTiming>::create(*bus_, topics::kRigTiming, notifier_)));
+}
+
+void LiveSystem::start_session(int directions) {
+  std::ofstream(folder_ / "protocol.toml") << fmt::format(kProtocol, directions);
+  run_ = std::make_unique<Process>(
+      program("tonus"),
+      std::vector<std::string>{"run", (folder_ / "protocol.toml").string(), "--domain",
+                               std::to_string(own_domain()), "--data", (folder_ / "data").string()},
+      folder_ / "run");
+}
+
+int LiveSystem::finish_session(std::chrono::seconds limit) { return run_->wait(limit); }
+
+void LiveSystem::hear() {
+  for (auto& heard : runtime::drain(*states_)) state_ = std::move(heard.value);
+  for (auto& heard : runtime::drain(*timings_)) timing_ = std::move(heard.value);
+}
+
+bool LiveSystem::listen_until(const std::function<bool()>& is_true, std::chrono::seconds limit) {
+  const auto deadline = std::chrono::steady_clock::now() + limit;
+  while (std::chrono::steady_clock::now() < deadline) {
+    hear();
+    if (is_true()) return true;
+    (void)notifier_->wait_until(std::chrono::steady_clock::now() + std::chrono::milliseconds(20));
+  }
+  return false;
+}
+
+bool LiveSystem::wait_for_mid_trial(std::uint64_t samples, std::chrono::seconds limit) {
+  std::optional<v1::RigState> first;
+  return listen_until(
+      [&] {
+        if (!state_ || state_->mode() != v1::RIG_IN_TRIAL) return first.reset(), false;
+        if (!first || first->trial_id() != state_->trial_id()) first = state_;
+        return state_->next_sequence() >= first->next_sequence() + samples;
+      },
+      limit);
+}
+
+pid_t LiveSystem::service(const std::string& name) const { return child_named(up_->id(), name); }
+
+void LiveSystem::signal_others(int signal) const {
+  for (const char* name : kOthers) {
+    if (const pid_t process = service(name); process != 0) kill(process, signal);
+  }
+  if (run_) run_->signal(signal);
+}
+
+archive::Session LiveSystem::archived() const {
+  auto store = needed(archive::open_store_for_reading(store_file().string()));
+  const auto record = needed(archive::find_session(*store, "last"));
+  return needed(archive::read_session(*store, record.session));
+}
+
+std::uint64_t LiveSystem::spooled_bytes() const {
+  std::uint64_t bytes = 0;
+  std::error_code error;
+  for (const auto& entry :
+       std::filesystem::directory_iterator(folder_ / "data" / "rig" / "rig" / "spool", error))
+    bytes += entry.file_size(error);
+  return bytes;
+}
+
+std::string LiveSystem::everything_printed() const {
+  std::string text = up_->output() + (run_ ? run_->output() : "");
+  std::error_code error;
+  for (const auto& entry : std::filesystem::directory_iterator(folder_ / "data" / "logs", error)) {
+    std::ifstream file(entry.path());
+    std::ostringstream log;
+    log << file.rdbuf();
+    text += "--- " + entry.path().filename().string() + "\n" + log.str();
+  }
+  return text;
+}
+
+std::string missing_samples(const std::filesystem::path& store_file) {
+  auto store = needed(archive::open_store_for_reading(store_file.string()));
+  const auto streams = needed(store->streams());
+  if (streams.empty()) return "there are no streams";
+  for (const auto& stream : streams) {
+    if (stream.coverage.ranges().size() != 1)
+      return fmt::format("stream {} is covered in {} pieces", stream.key.epoch,
+                         stream.coverage.ranges().size());
+    const auto whole = stream.coverage.ranges().front();
+    if (whole.first != stream.origin)
+      return fmt::format("stream {} begins at {}, not at {}", stream.key.epoch, whole.first, stream.origin);
+    std::uint64_t next = whole.first;
+    std::string gap;
+    const auto visited =
+        store->visit_blocks({stream.key, whole}, [&](const archive::Block& block) -> Result<void> {
+          if (block.first_sequence > next)
+            gap = fmt::format("stream {}: no block has {}", stream.key.epoch, next);
+          next = std::max(next, block.range().end);
+          return {};
+        });
+    if (!visited) return visited.error().message;
+    if (!gap.empty()) return gap;
+    if (next != whole.end)
+      return fmt::format("stream {} ends at {}, not at {}", stream.key.epoch, next, whole.end);
+  }
+  return {};
+}
+
+}  // namespace tonus::testing

@@ -1,0 +1,68 @@
+#pragma once
+
+#include <chrono>
+#include <functional>
+#include <memory>
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "services/archive/session_reader.hpp"
+#include "services/bus/bus.hpp"
+#include "services/bus/typed.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+#include <idl/rig.h>
+
+namespace tonus::testing {
+
+/// `tonus up` in real time with a domain and a data folder of its own, a short session on it, and an ear on
+/// the bus for what the rig says of itself.
+class LiveSystem {
+ public:
+  /// Starts the services and waits until they are ready; throws std::runtime_error with what they printed.
+  LiveSystem();
+
+  /// Starts `tonus run` with one posture and this many directions, one perturbation each (about 4 s).
+  void start_session(int directions);
+  /// Waits for its end: the exit code of `tonus run`.
+  [[nodiscard]] int finish_session(std::chrono::seconds limit);
+
+  /// Hears the rig until `is_true`, which may look at state() and timing(); false after `limit`.
+  [[nodiscard]] bool listen_until(const std::function<bool()>& is_true, std::chrono::seconds limit);
+  [[nodiscard]] const std::optional<v1::RigState>& state() const { return state_; }
+  [[nodiscard]] const std::optional<v1::RigTiming>& timing() const { return timing_; }
+
+  /// True after the rig has been heard to be in one and the same trial for `samples` samples.
+  [[nodiscard]] bool wait_for_mid_trial(std::uint64_t samples, std::chrono::seconds limit);
+
+  [[nodiscard]] pid_t service(const std::string& program) const;
+  /// Stops or continues everything but the rig: the services and the operator's program.
+  void signal_others(int signal) const;
+
+  /// The session as the archive holds it.
+  [[nodiscard]] archive::Session archived() const;
+  [[nodiscard]] std::filesystem::path store_file() const { return folder_ / "data" / "archive.sqlite"; }
+  [[nodiscard]] std::uint64_t spooled_bytes() const;
+  [[nodiscard]] std::string everything_printed() const;
+
+ private:
+  void hear();
+
+  TemporaryFolder folder_;
+  std::unique_ptr<Process> up_;
+  std::unique_ptr<Process> run_;
+  std::shared_ptr<bus::Notifier> notifier_;
+  std::unique_ptr<bus::Bus> bus_;
+  std::optional<bus::TypedReader<v1::RigState>> states_;
+  std::optional<bus::TypedReader<v1::RigTiming>> timings_;
+  std::optional<v1::RigState> state_;
+  std::optional<v1::RigTiming> timing_;
+};
+
+/// Empty where the archive holds every sample of every stream from the first to the last, in its coverage and
+/// in its blocks; else what is missing.
+[[nodiscard]] std::string missing_samples(const std::filesystem::path& store_file);
+
+}  // namespace tonus::testing

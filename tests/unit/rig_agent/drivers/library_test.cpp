@@ -1,0 +1,85 @@
+#include "rig_agent/drivers/library.hpp"
+
+#include <gtest/gtest.h>
+
+#include "rig_agent/control/rig_loop.hpp"
+#include "rig_agent/control/validation.hpp"
+#include "rig_agent/plant/profile.hpp"
+
+namespace tonus::drivers {
+namespace {
+
+std::string refusal(const std::filesystem::path& file, const std::string& options = "") {
+  const auto loaded = Library::load(file, options);
+  return loaded ? "accepted" : loaded.error().message;
+}
+
+TEST(Library, NamesTheFileThatIsNotThereOrIsNoDriver) {
+  EXPECT_EQ(refusal("/nowhere/rig.so"), "driver /nowhere/rig.so: there is no such file");
+  EXPECT_NE(refusal(TONUS_SOURCE_DIR "/rig_agent/drivers/tonus_driver.h").find("cannot be loaded"),
+            std::string::npos);
+  EXPECT_NE(refusal(TONUS_NO_DRIVER).find("is not a driver: it has no function tonus_driver_v1"),
+            std::string::npos);
+}
+
+TEST(Library, RefusesADriverOfAnotherVersion) {
+  EXPECT_NE(refusal(TONUS_FUTURE_DRIVER).find("version is 2"), std::string::npos)
+      << refusal(TONUS_FUTURE_DRIVER);
+  EXPECT_NE(refusal(TONUS_FUTURE_DRIVER).find("allowed is 1"), std::string::npos);
+}
+
+TEST(Library, HandsOnWhatTheLibrarySaysOfItsOptions) {
+  EXPECT_EQ(refusal(TONUS_SPRING_RIG, "stiffness=soft"),
+            "driver " TONUS_SPRING_RIG
+            ": option is stiffness=soft, allowed are stiffness=0..5000 (N/m) and damping=0..500 (N s/m)");
+  EXPECT_EQ(refusal(TONUS_SPRING_RIG, "stiffness=100 damping=10"), "accepted");
+}
+
+TEST(Library, TakesTheRigsGeometryFromItsDescription) {
+  auto driver = Library::load(TONUS_SPRING_RIG, "");
+  ASSERT_TRUE(driver) << driver.error().message;
+  ASSERT_TRUE((*driver)->configure(0.001));
+  EXPECT_EQ((*driver)->geometry().links.l1, 0.30);
+  EXPECT_EQ((*driver)->geometry().links.l2, 0.35);
+  EXPECT_EQ((*driver)->geometry().force_calibration(1, 1), 4.45);
+  EXPECT_TRUE((*driver)->capabilities().has_own_clock);
+}
+
+TEST(Library, RunsATrialAndShowsTheHandsStiffnessInIt) {
+  // The hand of the example is a spring: at the end of a long hold, force over displacement is its stiffness.
+  auto driver = Library::load(TONUS_SPRING_RIG, "stiffness=400 damping=60");
+  ASSERT_TRUE(driver) << driver.error().message;
+  ASSERT_TRUE((*driver)->configure(0.001));
+  ASSERT_TRUE((*driver)->activate());
+  auto loop = control::RigLoop::create(**driver, plant::loop_config(plant::Profile{}));
+  ASSERT_TRUE(loop) << loop.error().message;
+  control::Command command;
+  command.kind = control::CommandKind::kStartTrial;
+  command.program.number = 1;
+  command.program.posture = {0.0, 0.38};
+  command.program.shoulder = control::shoulder_for({0.30, 0.35}, command.program.posture);
+  command.program.wait = 0.5;
+  command.program.hold = 4.0;
+  ASSERT_TRUE((*loop)->post(command));
+  control::TrialResult result;
+  control::SampleRecord sample;
+  EndpointSample rest;
+  EndpointSample end;
+  for (int i = 1; i < 20'000 && !(*loop)->next_result(result); ++i) {
+    (*loop)->keep_alive();
+    (*loop)->step(i * 1'000'000);
+    while ((*loop)->next_sample(sample)) {
+      const auto endpoint = convert((*driver)->geometry(), command.program.shoulder, sample.raw);
+      if (sample.phase == control::Phase::kWaiting) rest = endpoint;
+      if (sample.phase == control::Phase::kPerturbing) end = endpoint;
+    }
+  }
+  ASSERT_EQ(result.outcome, control::TrialOutcome::kCompleted) << result.faults;
+  const Eigen::Vector2d moved = end.p_SE - rest.p_SE;
+  EXPECT_GT(moved.x(), 0.003);
+  // One count of each joint is 0.55 mm along x at the handle.
+  EXPECT_NEAR((end.f_S - rest.f_S).x(), 400.0 * moved.x(), 400.0 * 0.0006);
+}
+
+}  // namespace
+}  // namespace tonus::drivers
