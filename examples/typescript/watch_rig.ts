@@ -1,0 +1,28 @@
+// Prints the rig's mode as it changes, over tonus-dashboard and the Foxglove packages.
+//
+//   node watch_rig.cjs [ws://127.0.0.1:8765]
+
+import { parseIDL } from "@foxglove/omgidl-parser";
+import { MessageReader } from "@foxglove/omgidl-serialization";
+import { FoxgloveClient } from "@foxglove/ws-protocol";
+import WebSocket from "ws";
+
+interface RigState {
+  mode: number;
+  next_sequence: bigint;
+}
+
+const url = process.argv[2] ?? "ws://127.0.0.1:8765";
+const client = new FoxgloveClient({ ws: new WebSocket(url, [FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
+let reader: MessageReader<RigState>;
+
+client.on("advertise", (channels) => {
+  const channel = channels.find(({ topic }) => topic === "rig/state")!;
+  reader = new MessageReader(channel.schemaName, parseIDL(channel.schema));
+  client.subscribe(channel.id);
+});
+client.on("message", ({ data }) => {
+  const state = reader.readMessage(data);
+  console.log(`mode ${["starting", "idle", "in trial", "fault"][state.mode]}, ${state.next_sequence} samples`);
+});
+client.on("close", () => process.exit(1));

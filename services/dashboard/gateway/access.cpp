@@ -1,0 +1,162 @@
+#include "services/dashboard/gateway/access.hpp"
+
+#include <algorithm>
+#include <cctype>
+#include <cstring>
+#include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+#include <toml++/toml.h>
+
+#include "services/core/text_file.hpp"
+
+namespace tonus::dashboard {
+namespace {
+
+constexpr std::size_t kShortestToken = 16;
+constexpr std::size_t kLongestToken = 256;
+
+Error refuse(const std::filesystem::path& file, const std::string& text) {
+  return fail(ErrorCode::kInvalidArgument, fmt::format("{}: {}", file.string(), text));
+}
+
+Result<std::vector<std::string>> read_list(const toml::table& table, const char* name,
+                                           const std::filesystem::path& file) {
+  std::vector<std::string> tokens;
+  const toml::node* node = table.get(name);
+  if (node == nullptr) return tokens;
+  const toml::array* list = node->as_array();
+  if (list == nullptr) return refuse(file, fmt::format("{} must be a list of texts", name));
+  for (const toml::node& item : *list) {
+    const auto text = item.value<std::string>();
+    if (!text || text->size() < kShortestToken || text->size() > kLongestToken) {
+      return refuse(file, fmt::format("token {} of {} must be a text of {} to {} characters",
+                                      tokens.size() + 1, name, kShortestToken, kLongestToken));
+    }
+    tokens.push_back(*text);
+  }
+  return tokens;
+}
+
+bool is_among(const std::vector<std::string>& tokens, std::string_view given) {
+  bool is_found = false;
+  for (const auto& token : tokens) is_found |= is_same_secret(token, given);
+  return is_found;
+}
+
+std::string_view without_port(std::string_view host) {
+  if (host.starts_with('[')) return host.substr(0, host.find(']') + 1);
+  return host.substr(0, host.find(':'));
+}
+
+int hex_digit(char c) {
+  if (c >= '0' && c <= '9') return c - '0';
+  const int lower = std::tolower(static_cast<unsigned char>(c));
+  return lower >= 'a' && lower <= 'f' ? lower - 'a' + 10 : -1;
+}
+
+std::string percent_decoded(std::string_view text) {
+  std::string out;
+  for (std::size_t i = 0; i < text.size(); ++i) {
+    if (text[i] == '%' && i + 2 < text.size() && hex_digit(text[i + 1]) >= 0 && hex_digit(text[i + 2]) >= 0) {
+      out.push_back(static_cast<char>(16 * hex_digit(text[i + 1]) + hex_digit(text[i + 2])));
+      i += 2;
+    } else {
+      out.push_back(text[i]);
+    }
+  }
+  return out;
+}
+
+}  // namespace
+
+const char* role_name(Role role) { return role == Role::kOperate ? "operate" : "view"; }
+
+Result<Tokens> load_tokens(const std::filesystem::path& file) {
+  struct stat about {};
+  if (stat(file.c_str(), &about) != 0) return refuse(file, std::strerror(errno));
+  if ((about.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
+    return refuse(file,
+                  fmt::format("mode {:o} lets others read the tokens; 600 is needed", about.st_mode & 0777U));
+  }
+  const auto text = read_text_file(file);
+  if (!text) return text.error();
+  toml::table table;
+  try {
+    table = toml::parse(*text);
+  } catch (const toml::parse_error& error) {
+    return refuse(file, fmt::format("line {}: not TOML", error.source().begin.line));
+  }
+  for (const auto& [key, value] : table) {
+    if (key.str() != "view" && key.str() != "operate")
+      return refuse(file, fmt::format("key '{}' is not known; view and operate are", key.str()));
+  }
+  auto view = read_list(table, "view", file);
+  if (!view) return view.error();
+  auto operate = read_list(table, "operate", file);
+  if (!operate) return operate.error();
+  Tokens tokens{std::move(*view), std::move(*operate)};
+  if (tokens.is_empty()) return refuse(file, "no token; view = [\"...\"] or operate = [\"...\"] is needed");
+  return tokens;
+}
+
+Access::Access(Tokens tokens, std::vector<std::string> origins)
+    : tokens_(std::move(tokens)), origins_(std::move(origins)) {}
+
+std::variant<Role, Refusal> Access::admit(const Visit& visit) const {
+  if (!is_origin_good(visit)) {
+    return Refusal{403,
+                   fmt::format("origin '{:.80}' is not allowed (--allow-origin adds one)", visit.origin)};
+  }
+  if (tokens_.is_empty()) {
+    if (!is_loopback_name(visit.host))
+      return Refusal{403, fmt::format("host '{:.80}' is not a name of this machine's loopback", visit.host)};
+    return Role::kOperate;
+  }
+  constexpr std::string_view kBearer = "Bearer ";
+  std::string_view given = visit.query_token;
+  if (visit.authorization.starts_with(kBearer))
+    given = std::string_view(visit.authorization).substr(kBearer.size());
+  if (given.empty()) return Refusal{401, "a token is needed"};
+  if (is_among(tokens_.operate, given)) return Role::kOperate;
+  if (is_among(tokens_.view, given)) return Role::kView;
+  return Refusal{401, "the token is not known"};
+}
+
+bool Access::is_origin_good(const Visit& visit) const {
+  if (visit.origin.empty()) return true;
+  if (visit.origin == (visit.is_tls ? "https://" : "http://") + visit.host) return true;
+  return std::any_of(origins_.begin(), origins_.end(),
+                     [&](const auto& allowed) { return allowed == "*" || allowed == visit.origin; });
+}
+
+bool is_loopback_name(std::string_view host) {
+  const std::string_view name = without_port(host);
+  if (name == "localhost" || name == "[::1]") return true;
+  return name.starts_with("127.") &&
+         std::all_of(name.begin(), name.end(), [](char c) { return c == '.' || (c >= '0' && c <= '9'); });
+}
+
+bool is_same_secret(std::string_view a, std::string_view b) {
+  if (a.size() != b.size()) return false;
+  unsigned difference = 0;
+  for (std::size_t i = 0; i < a.size(); ++i)
+    difference |= static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]));
+  return difference == 0;
+}
+
+std::string query_value(std::string_view target, std::string_view name) {
+  const auto question = target.find('?');
+  if (question == std::string_view::npos) return {};
+  std::string_view query = target.substr(question + 1);
+  while (!query.empty()) {
+    const auto end = std::min(query.find('&'), query.size());
+    const std::string_view pair = query.substr(0, end);
+    const auto equals = pair.find('=');
+    if (equals != std::string_view::npos && pair.substr(0, equals) == name)
+      return percent_decoded(pair.substr(equals + 1));
+    query.remove_prefix(std::min(end + 1, query.size()));
+  }
+  return {};
+}
+
+}  // namespace tonus::dashboard

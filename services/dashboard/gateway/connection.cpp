@@ -1,0 +1,230 @@
+// HTTP on a connection: pages, the JSON interface, and the way up to a WebSocket.
+
+#include <algorithm>
+#include <boost/beast/ssl.hpp>
+#include <nlohmann/json.hpp>
+#include <spdlog/spdlog.h>
+
+#include "services/dashboard/gateway/server_core.hpp"
+#include "services/dashboard/gateway/websocket_client.hpp"
+
+namespace tonus::dashboard {
+namespace {
+
+namespace asio = boost::asio;
+namespace beast = boost::beast;
+namespace http = beast::http;
+using beast::error_code;
+using Request = http::request<http::string_body>;
+using Response = http::response<http::string_body>;
+
+constexpr std::chrono::seconds kPatience{20};  // for one request and its answer
+constexpr std::uint32_t kHeaderLimit = 16 * 1024;
+constexpr std::uint64_t kBodyLimit = 1024;
+constexpr std::size_t kMaximumReadingJobs = 32;
+
+std::string text_of(beast::string_view view) { return {view.data(), view.size()}; }
+
+bool is_plain_host(const std::string& host) {
+  return !host.empty() && host.size() < 256 && std::all_of(host.begin(), host.end(), [](unsigned char c) {
+    return std::isalnum(c) != 0 || c == '.' || c == ':' || c == '-' || c == '[' || c == ']';
+  });
+}
+
+/// Pages may use what comes from this gateway, and nothing else.
+std::string content_policy(const std::string& host) {
+  const std::string sockets = is_plain_host(host) ? fmt::format(" ws://{0} wss://{0}", host) : "";
+  return fmt::format(
+      "default-src 'self'; img-src 'self' data:; connect-src 'self'{}; object-src 'none'; base-uri 'none'; "
+      "form-action 'none'; frame-ancestors 'none'",
+      sockets);
+}
+
+constexpr char kReportPolicy[] =
+    "default-src 'none'; img-src 'self' data:; style-src 'unsafe-inline'; sandbox allow-downloads";
+
+constexpr char kNoPages[] =
+    "<!doctype html><meta charset=utf-8><title>tonus</title><p>This gateway has no pages: it was built "
+    "without "
+    "npm. Its WebSocket (foxglove.websocket.v1) works.";
+
+std::string error_body(const std::string& why) {
+  return nlohmann::json{{"error", why}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+}
+
+template <typename Stream>
+class Connection final : public std::enable_shared_from_this<Connection<Stream>> {
+ public:
+  Connection(ServerCore& core, Stream&& stream, std::string peer)
+      : core_(core), stream_(std::move(stream)), peer_(std::move(peer)) {
+    ++core_.connections;
+  }
+  ~Connection() { --core_.connections; }
+
+  void start() {
+    beast::get_lowest_layer(stream_).expires_after(kPatience);
+    if constexpr (is_tls()) {
+      stream_.async_handshake(asio::ssl::stream_base::server,
+                              [self = this->shared_from_this()](error_code error) {
+                                if (!error) self->read();
+                              });
+    } else {
+      read();
+    }
+  }
+
+ private:
+  static constexpr bool is_tls() { return !std::is_same_v<Stream, beast::tcp_stream>; }
+
+  void read() {
+    parser_.emplace();
+    parser_->header_limit(kHeaderLimit);
+    parser_->body_limit(kBodyLimit);
+    beast::get_lowest_layer(stream_).expires_after(kPatience);
+    http::async_read(
+        stream_, buffer_, *parser_,
+        [self = this->shared_from_this()](error_code error, std::size_t /*bytes*/) { self->on_read(error); });
+  }
+
+  void on_read(error_code error) {
+    if (error == http::error::header_limit || error == http::error::body_limit) {
+      core_.hub.refuse(Refused::kOversized, peer_, "an HTTP request over the limit");
+      return respond(http::status::payload_too_large, "application/json", error_body("too large"), true);
+    }
+    if (error && error.category() == http::make_error_code(http::error::bad_method).category() &&
+        error != http::error::end_of_stream && error != http::error::partial_message) {
+      core_.hub.refuse(Refused::kMalformed, peer_, "not HTTP: " + error.message());
+      return respond(http::status::bad_request, "application/json", error_body("not HTTP"), true);
+    }
+    if (error) return;
+    request_ = parser_->release();
+    route();
+  }
+
+  [[nodiscard]] Visit visit() const {
+    return {text_of(request_[http::field::host]), text_of(request_[http::field::origin]),
+            text_of(request_[http::field::authorization]), query_value(target(), "token"), is_tls()};
+  }
+
+  [[nodiscard]] std::string target() const { return text_of(request_.target()); }
+  [[nodiscard]] std::string path() const {
+    const auto whole = target();
+    return whole.substr(0, whole.find('?'));
+  }
+
+  void route() {
+    if (request_.method() != http::verb::get && request_.method() != http::verb::head)
+      return respond(http::status::method_not_allowed, "application/json", error_body("GET is needed"));
+    const bool is_upgrade = beast::websocket::is_upgrade(request_);
+    const auto where = path();
+    const bool is_guarded = is_upgrade || where.starts_with("/reports/") ||
+                            (where.starts_with("/api/") && where != "/api/gateway");
+    if (!is_guarded) return where == "/api/gateway" ? give_info() : give_page(where);
+    const auto admitted = core_.access.admit(visit());
+    if (const auto* refusal = std::get_if<Refusal>(&admitted)) {
+      core_.hub.refuse(Refused::kVisit, peer_, refusal->reason);
+      return respond(static_cast<http::status>(refusal->http_status), "application/json",
+                     error_body(refusal->reason));
+    }
+    const Role role = std::get<Role>(admitted);
+    if (is_upgrade) return upgrade(role);
+    if (where == "/api/role")
+      return respond(http::status::ok, "application/json", nlohmann::json{{"role", role_name(role)}}.dump());
+    if (where == "/api/status")
+      return respond(http::status::ok, "application/json",
+                     core_.hub.status_json(core_.inbox->live_dropped()));
+    read_elsewhere(where);
+  }
+
+  void give_info() { respond(http::status::ok, "application/json", core_.options.info_json); }
+
+  void give_page(const std::string& where) {
+    if (!core_.pages) return respond(http::status::ok, "text/html; charset=utf-8", kNoPages);
+    const Page* page = core_.pages->find(where);
+    if (page == nullptr)
+      return respond(http::status::not_found, "text/plain; charset=utf-8", "there is no such page\n");
+    is_kept_ = page->is_named_by_content;
+    respond(http::status::ok, page->type, page->content);
+  }
+
+  void upgrade(Role role) {
+    const auto offered = request_[http::field::sec_websocket_protocol];
+    if (!http::token_list{offered}.exists(kSubprotocol)) {
+      const auto why = fmt::format("the subprotocol {} is needed", kSubprotocol);
+      core_.hub.refuse(Refused::kVisit, peer_, why);
+      return respond(http::status::bad_request, "application/json", error_body(why));
+    }
+    std::make_shared<WebSocketClient<Stream>>(core_, std::move(stream_), role, peer_)->accept(request_);
+  }
+
+  /// Archive and reports: from a disk, which may take its time, in the reading thread.
+  void read_elsewhere(const std::string& where) {
+    if (core_.reading_jobs >= kMaximumReadingJobs)
+      return respond(http::status::service_unavailable, "application/json", error_body("too many requests"));
+    ++core_.reading_jobs;
+    asio::post(core_.reading_thread, [self = this->shared_from_this(), where,
+                                      topic = query_value(target(), "topic")] {
+      auto answer = std::make_shared<ApiAnswer>(answer_api(self->core_.options.folders, where, topic));
+      asio::post(self->core_.io, [self, where, answer] {
+        --self->core_.reading_jobs;
+        self->is_report_ = where.starts_with("/reports/");
+        self->respond(static_cast<http::status>(answer->status), answer->type, std::move(answer->body));
+      });
+    });
+  }
+
+  void respond(http::status status, const std::string& type, std::string body, bool is_last = false) {
+    response_ = Response(status, request_.version() == 0 ? 11 : request_.version());
+    response_.set(http::field::server, "tonus-dashboard");
+    response_.set(http::field::content_type, type);
+    response_.set(http::field::cache_control, is_kept_ ? "max-age=31536000, immutable" : "no-store");
+    response_.set("X-Content-Type-Options", "nosniff");
+    response_.set("Referrer-Policy", "no-referrer");
+    response_.set("Content-Security-Policy",
+                  is_report_ ? kReportPolicy : content_policy(text_of(request_[http::field::host])));
+    if (status == http::status::unauthorized) response_.set(http::field::www_authenticate, "Bearer");
+    is_kept_ = false;
+    is_report_ = false;
+    response_.keep_alive(!is_last && request_.keep_alive());
+    response_.body() = std::move(body);
+    response_.prepare_payload();
+    if (request_.method() == http::verb::head) response_.body().clear();
+    beast::get_lowest_layer(stream_).expires_after(kPatience);
+    http::async_write(stream_, response_, [self = this->shared_from_this()](error_code error, std::size_t) {
+      if (error || !self->response_.keep_alive()) return self->close();
+      self->read();
+    });
+  }
+
+  void close() {
+    error_code ignored;
+    beast::get_lowest_layer(stream_).socket().shutdown(asio::ip::tcp::socket::shutdown_send, ignored);
+  }
+
+  ServerCore& core_;
+  Stream stream_;
+  std::string peer_;
+  beast::flat_buffer buffer_;
+  std::optional<http::request_parser<http::string_body>> parser_;
+  Request request_;
+  Response response_;
+  bool is_kept_ = false;
+  bool is_report_ = false;
+};
+
+}  // namespace
+
+void serve(ServerCore& core, asio::ip::tcp::socket socket) {
+  error_code ignored;
+  const auto remote = socket.remote_endpoint(ignored);
+  const auto peer = fmt::format("{}:{}", remote.address().to_string(), remote.port());
+  beast::tcp_stream stream(std::move(socket));
+  if (core.tls) {
+    using Tls = beast::ssl_stream<beast::tcp_stream>;
+    std::make_shared<Connection<Tls>>(core, Tls(std::move(stream), *core.tls), peer)->start();
+  } else {
+    std::make_shared<Connection<beast::tcp_stream>>(core, std::move(stream), peer)->start();
+  }
+}
+
+}  // namespace tonus::dashboard

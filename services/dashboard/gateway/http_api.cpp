@@ -1,0 +1,204 @@
+#include "services/dashboard/gateway/http_api.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <functional>
+#include <map>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/archive/open_store.hpp"
+#include "services/archive/session_reader.hpp"
+#include "services/bus/typed.hpp"
+#include "services/core/clock.hpp"
+#include "services/core/text_file.hpp"
+#include "services/dashboard/gateway/pages.hpp"
+
+namespace tonus::dashboard {
+namespace {
+
+using nlohmann::json;
+namespace fs = std::filesystem;
+
+constexpr std::size_t kMaximumListed = 1000;
+constexpr std::uintmax_t kMaximumReportBytes = std::uintmax_t{64} << 20;
+
+ApiAnswer as_json(const json& value) {
+  return {200, "application/json", value.dump(-1, ' ', false, json::error_handler_t::replace)};
+}
+
+ApiAnswer refusal(int status, const std::string& why) {
+  auto answer = as_json({{"error", why}});
+  answer.status = status;
+  return answer;
+}
+
+ApiAnswer refusal(const Error& error) {
+  return refusal(error.code == ErrorCode::kNotFound || error.code == ErrorCode::kInvalidArgument ? 404 : 503,
+                 error.message);
+}
+
+ApiAnswer protocols(const fs::path& folder) {
+  json list = json::array();
+  std::error_code error;
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::directory_iterator(folder, error))
+    if (entry.path().extension() == ".toml") files.push_back(entry.path());
+  std::sort(files.begin(), files.end());
+  for (const auto& file : files) {
+    const auto text = read_text_file(file);
+    if (text) list.push_back({{"name", file.stem().string()}, {"text", *text}});
+  }
+  return as_json(list);
+}
+
+json to_json(const archive::Certificate& certificate) {
+  return {{"expected", certificate.expected},
+          {"received", certificate.received},
+          {"resent", certificate.resent},
+          {"duplicated", certificate.duplicated},
+          {"missing", certificate.missing}};
+}
+
+json to_json(const archive::SessionRecord& record) {
+  return {{"session_id", to_hex(record.session)},       {"subject", record.subject},
+          {"protocol", record.protocol_name},           {"seed", record.seed},
+          {"planned_trials", record.planned_trials},    {"started_at", record.started_at},
+          {"software_version", record.software_version}};
+}
+
+json to_json(const archive::TrialRecord& trial) {
+  return {{"trial_id", to_hex(trial.trial)},
+          {"attempt", trial.attempt},
+          {"posture", trial.posture},
+          {"set", trial.set},
+          {"end", trial.end},
+          {"is_certified", trial.is_certified},
+          {"first_sequence", trial.first_sequence},
+          {"last_sequence", trial.last_sequence},
+          {"certificate", to_json(trial.certificate)}};
+}
+
+ApiAnswer sessions(archive::Store& store) {
+  auto records = store.sessions();
+  if (!records) return refusal(records.error());
+  std::reverse(records->begin(), records->end());
+  json list = json::array();
+  for (const auto& record : *records) {
+    if (list.size() < kMaximumListed) list.push_back(to_json(record));
+  }
+  return as_json(list);
+}
+
+ApiAnswer session_summary(archive::Store& store, const archive::SessionRecord& record) {
+  const auto trials = store.trials(record.session);
+  if (!trials) return refusal(trials.error());
+  json answer = to_json(record);
+  answer["trials"] = json::array();
+  archive::Certificate sum;
+  for (const auto& trial : *trials) {
+    answer["trials"].push_back(to_json(trial));
+    sum.expected += trial.certificate.expected;
+    sum.received += trial.certificate.received;
+    sum.resent += trial.certificate.resent;
+    sum.duplicated += trial.certificate.duplicated;
+    sum.missing += trial.certificate.missing;
+  }
+  answer["certificate"] = to_json(sum);
+  return as_json(answer);
+}
+
+template <typename T>
+void append(std::string& out, const T& value) {
+  const auto payload = bus::encode(value);
+  if (!payload) return;  // it has been decoded from a message: it is within its bounds
+  const auto size = static_cast<std::uint32_t>(payload->size());
+  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>((size >> shift) & 0xffU));
+  out.append(reinterpret_cast<const char*>(payload->data()), payload->size());
+}
+
+ApiAnswer session_messages(archive::Store& store, const Id& id, std::string_view topic) {
+  const auto session = archive::read_session(store, id);
+  if (!session) return refusal(session.error());
+  ApiAnswer answer{200, "application/octet-stream", {}};
+  if (topic == "session/plan") {
+    append(answer.body, session->plan);
+  } else if (topic == "session/state") {
+    if (session->state) append(answer.body, *session->state);
+  } else if (topic == "estimate/condition") {
+    for (const auto& estimate : archive::newest_estimates(*session)) append(answer.body, estimate);
+  } else if (topic == "estimate/history") {
+    for (const auto& estimate : session->estimates) append(answer.body, estimate.value);
+  } else if (topic == "trial/outcome") {
+    for (const auto& trial : session->trials)
+      if (trial.outcome) append(answer.body, trial.outcome->value);
+  } else if (topic == "trial/verdict") {
+    for (const auto& trial : session->trials)
+      if (trial.verdict) append(answer.body, trial.verdict->value);
+  } else if (topic == "rig/description") {
+    for (const auto& description : session->descriptions) append(answer.body, description.value);
+  } else {
+    return refusal(404, fmt::format("topic '{:.80}' is not given out", topic));
+  }
+  return answer;
+}
+
+ApiAnswer archived(const std::string& name, std::string_view rest, std::string_view topic) {
+  const auto store = archive::open_store_for_reading(name);
+  if (!store) return refusal(store.error());
+  if (rest.empty()) return sessions(**store);
+  rest.remove_prefix(1);
+  const auto slash = rest.find('/');
+  const auto record = archive::find_session(**store, rest.substr(0, slash));
+  if (!record) return refusal(record.error());
+  if (slash == std::string_view::npos) return session_summary(**store, *record);
+  if (rest.substr(slash) == "/messages") return session_messages(**store, record->session, topic);
+  return refusal(404, "there is no such page");
+}
+
+std::uint64_t utc_ns(fs::file_time_type time) {
+  const auto system = std::chrono::file_clock::to_sys(time);
+  return static_cast<std::uint64_t>(
+      std::chrono::duration_cast<std::chrono::nanoseconds>(system.time_since_epoch()).count());
+}
+
+ApiAnswer report_list(const fs::path& folder) {
+  json list = json::array();
+  std::error_code error;
+  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
+    if (!it->is_regular_file() || list.size() >= kMaximumListed) continue;
+    list.push_back({{"path", fs::relative(it->path(), folder).generic_string()},
+                    {"bytes", it->file_size()},
+                    {"modified", iso8601(utc_ns(it->last_write_time()))}});
+  }
+  return as_json(list);
+}
+
+ApiAnswer report_file(const fs::path& folder, std::string_view path) {
+  std::error_code error;
+  const fs::path root = fs::canonical(folder, error);
+  const fs::path file = fs::weakly_canonical(root / fs::path(path), error);
+  const auto inside = std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
+  if (root.empty() || !inside || !fs::is_regular_file(file, error))
+    return refusal(404, "there is no such report");
+  if (fs::file_size(file, error) > kMaximumReportBytes)
+    return refusal(404, "the report is too large to be shown");
+  auto text = read_text_file(file);
+  if (!text) return refusal(text.error());
+  return {200, content_type(file), std::move(*text)};
+}
+
+}  // namespace
+
+ApiAnswer answer_api(const ApiFolders& folders, std::string_view path, std::string_view topic) {
+  constexpr std::string_view kSessions = "/api/sessions";
+  constexpr std::string_view kReports = "/reports/";
+  if (path == "/api/protocols") return protocols(folders.protocols);
+  if (path == "/api/reports") return report_list(folders.reports);
+  if (path.starts_with(kReports)) return report_file(folders.reports, path.substr(kReports.size()));
+  if (path == kSessions || path.starts_with("/api/sessions/"))
+    return archived(folders.store, path.substr(kSessions.size()), topic);
+  return refusal(404, "there is no such page");
+}
+
+}  // namespace tonus::dashboard

@@ -1,0 +1,252 @@
+#include "services/dashboard/gateway/hub.hpp"
+
+#include <algorithm>
+#include <spdlog/spdlog.h>
+
+namespace tonus::dashboard {
+namespace {
+
+constexpr std::size_t kMaximumSubscriptions = 256;
+constexpr std::size_t kMaximumClientChannels = 16;
+
+constexpr std::array<const char*, static_cast<std::size_t>(Refused::kCount)> kRefusedNames{
+    "visit", "malformed", "flood", "oversized", "forbidden", "slow"};
+
+std::shared_ptr<const bus::Payload> as_payload(const std::string& text) {
+  const auto bytes = std::as_bytes(std::span(text));
+  return std::make_shared<const bus::Payload>(bytes.begin(), bytes.end());
+}
+
+std::string_view as_text(std::span<const std::byte> data) {
+  return {reinterpret_cast<const char*>(data.data()), data.size()};
+}
+
+}  // namespace
+
+Hub::Hub(std::vector<OfferedTopic> topics, Options options, const Clock& clock,
+         std::function<void(OperatorRequest)> ask)
+    : topics_(std::move(topics)),
+      options_(std::move(options)),
+      clock_(clock),
+      ask_(std::move(ask)),
+      latest_(options_.latest) {}
+
+ClientId Hub::join(ClientLink& link, Role role, const std::string& peer) {
+  const ClientId id = ++last_client_;
+  Client& client = clients_
+                       .emplace(id, Client{&link,
+                                           role,
+                                           peer,
+                                           clock_.now(),
+                                           Outbox(options_.outbox),
+                                           Allowance(options_.frames_per_second, options_.frames_burst),
+                                           {},
+                                           {},
+                                           0,
+                                           false})
+                       .first->second;
+  ServerInfo info{"tonus-dashboard", options_.session, options_.metadata};
+  info.metadata.emplace_back("role", role_name(role));
+  std::vector<Channel> channels;
+  for (const auto& offered : topics_) channels.push_back(offered.channel);
+  send_state(client, {server_info_text(info), nullptr, true});
+  send_state(client, {advertise_text(channels), nullptr, true});
+  return id;
+}
+
+void Hub::leave(ClientId id) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return;
+  thinned_before_ += found->second.outbox.thinned();
+  clients_.erase(found);
+  for (auto& [channel, listeners] : listeners_)
+    std::erase_if(listeners, [id](const Listener& listener) { return listener.client == id; });
+}
+
+void Hub::on_text(ClientId id, std::string_view text) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end() || !may_speak(id, found->second)) return;
+  const auto saying = parse_client_text(text);
+  if (!saying) return complain(found->second, saying.error().message);
+  std::visit([&](const auto& what) { handle(id, found->second, what); }, *saying);
+}
+
+void Hub::on_binary(ClientId id, std::span<const std::byte> frame) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end() || !may_speak(id, found->second)) return;
+  Client& client = found->second;
+  const auto message = parse_client_binary(frame);
+  if (!message) return complain(client, message.error().message);
+  const auto channel = client.channels.find(message->channel);
+  if (channel == client.channels.end())
+    return complain(client, fmt::format("channel {} has not been advertised", message->channel));
+  take_request(client, message->data);
+}
+
+bool Hub::may_speak(ClientId /*id*/, Client& client) {
+  if (client.is_ending) return false;
+  if (client.frames.spend(clock_.now())) return true;
+  end(client, Refused::kFlood, CloseCode::kPolicy,
+      fmt::format("more than {:.0f} messages a second", options_.frames_per_second));
+  return false;
+}
+
+void Hub::handle(ClientId id, Client& client, const Subscribe& saying) {
+  for (const auto& subscription : saying.subscriptions) subscribe(id, client, subscription);
+}
+
+void Hub::subscribe(ClientId id, Client& client, const Subscription& wanted) {
+  const OfferedTopic* offered = topic(wanted.channel);
+  if (offered == nullptr) return complain(client, fmt::format("there is no channel {}", wanted.channel));
+  if (client.subscriptions.contains(wanted.id))
+    return complain(client, fmt::format("subscription {} is there already", wanted.id));
+  if (client.subscriptions.size() >= kMaximumSubscriptions)
+    return complain(client, fmt::format("at most {} subscriptions are allowed", kMaximumSubscriptions));
+  client.subscriptions[wanted.id] = wanted.channel;
+  listeners_[wanted.channel].push_back({id, wanted.id});
+  for (const auto& message : latest_.of(wanted.channel)) send(client, wanted.id, *offered, message);
+}
+
+void Hub::handle(ClientId id, Client& client, const Unsubscribe& saying) {
+  for (const auto subscription : saying.ids) {
+    const auto known = client.subscriptions.find(subscription);
+    if (known == client.subscriptions.end()) {
+      complain(client, fmt::format("there is no subscription {}", subscription));
+      continue;
+    }
+    std::erase_if(listeners_[known->second], [&](const Listener& listener) {
+      return listener.client == id && listener.subscription == subscription;
+    });
+    client.subscriptions.erase(known);
+    client.outbox.forget(subscription);
+  }
+}
+
+void Hub::handle(ClientId /*id*/, Client& client, const ClientAdvertise& saying) {
+  for (const auto& channel : saying.channels) {
+    if (channel.topic != kRequestTopic || channel.encoding != "json") {
+      complain(client, fmt::format("topic '{}' in {} is not taken; only {} in json is", channel.topic,
+                                   channel.encoding, kRequestTopic));
+    } else if (client.channels.size() >= kMaximumClientChannels) {
+      complain(client, fmt::format("at most {} channels are allowed", kMaximumClientChannels));
+    } else {
+      client.channels[channel.id] = channel;
+    }
+  }
+}
+
+void Hub::handle(ClientId /*id*/, Client& client, const ClientUnadvertise& saying) {
+  for (const auto id : saying.ids) client.channels.erase(id);
+}
+
+void Hub::take_request(Client& client, std::span<const std::byte> data) {
+  const Asker asker{client.role, "dashboard " + client.peer, options_.rig};
+  Id id{};
+  std::string name;
+  auto request = parse_request(as_text(data), asker, id, name);
+  if (request) return ask_(std::move(*request));
+  if (!name.empty() && !is_allowed(client.role, name)) {
+    refuse(Refused::kForbidden, client.peer, request.error().message);
+  } else if (id == kNoId) {
+    return complain(client, request.error().message);
+  } else {
+    refuse(Refused::kMalformed, client.peer, request.error().message);
+  }
+  if (id != kNoId) on_reply({id, name, false, request.error().message, asker.name});
+}
+
+void Hub::complain(Client& client, const std::string& what) {
+  refuse(Refused::kMalformed, client.peer, what);
+  if (++client.malformed > options_.malformed_allowed) {
+    client.is_ending = true;
+    client.link->end(CloseCode::kPolicy,
+                     "too many messages that cannot be understood; the last one: " + what);
+    return;
+  }
+  send_state(client, {status_text(StatusLevel::kError, what), nullptr, true});
+}
+
+std::optional<Outgoing> Hub::next(ClientId id) {
+  const auto found = clients_.find(id);
+  if (found == clients_.end()) return std::nullopt;
+  return found->second.outbox.pop();
+}
+
+void Hub::on_bus_message(const PassedMessage& message) {
+  const OfferedTopic* offered = topic(message.channel);
+  if (offered == nullptr) return;
+  if (offered->flow == Flow::kKept) latest_.put(message);
+  fan_out(*offered, message);
+}
+
+void Hub::on_reply(const OperatorReply& reply) { fan_out_json(kReplyTopic, reply_text(reply)); }
+
+void Hub::fan_out_json(std::string_view name, const std::string& json) {
+  const OfferedTopic& offered = topic_named(name);
+  fan_out(offered, {offered.channel.id, {}, clock_.utc_ns(), as_payload(json)});
+}
+
+void Hub::fan_out(const OfferedTopic& offered, const PassedMessage& message) {
+  const auto listeners = listeners_.find(message.channel);
+  if (listeners == listeners_.end()) return;
+  for (const Listener& listener : listeners->second)
+    send(clients_.at(listener.client), listener.subscription, offered, message);
+}
+
+void Hub::send(Client& client, std::uint32_t subscription, const OfferedTopic& offered,
+               const PassedMessage& message) {
+  if (client.is_ending) return;
+  Outgoing outgoing{message_head(subscription, message.time_ns), message.payload, false};
+  if (offered.flow != Flow::kLive) return send_state(client, std::move(outgoing));
+  client.outbox.push_live(subscription, std::move(outgoing), clock_.now());
+  client.link->wake();
+}
+
+void Hub::send_state(Client& client, Outgoing message) {
+  if (client.is_ending) return;
+  if (client.outbox.push_state(std::move(message))) return client.link->wake();
+  end(client, Refused::kSlow, CloseCode::kTryAgain,
+      fmt::format("too slow: {} messages ({} bytes) wait to be sent, and none of them may be left out",
+                  client.outbox.waiting_messages(), client.outbox.waiting_bytes()));
+  client.outbox.clear();
+}
+
+void Hub::end(Client& client, Refused kind, CloseCode code, const std::string& reason) {
+  client.is_ending = true;
+  refuse(kind, client.peer, reason);
+  client.link->end(code, reason);
+}
+
+void Hub::refuse(Refused kind, const std::string& peer, const std::string& reason) {
+  const auto index = static_cast<std::size_t>(kind);
+  ++refused_[index];
+  if (log_lines_.spend(clock_.now())) spdlog::warn("refused {} ({}): {}", peer, kRefusedNames[index], reason);
+}
+
+const OfferedTopic* Hub::topic(std::uint32_t channel) const {
+  return channel >= 1 && channel <= topics_.size() ? &topics_[channel - 1] : nullptr;
+}
+
+const OfferedTopic& Hub::topic_named(std::string_view name) const {
+  return *std::find_if(topics_.begin(), topics_.end(),
+                       [&](const OfferedTopic& offered) { return offered.channel.topic == name; });
+}
+
+bool Hub::is_wanted(std::uint32_t channel) const {
+  const auto listeners = listeners_.find(channel);
+  return listeners != listeners_.end() && !listeners->second.empty();
+}
+
+std::size_t Hub::waiting_messages() const {
+  std::size_t sum = 0;
+  for (const auto& [id, client] : clients_) sum += client.outbox.waiting_messages();
+  return sum;
+}
+
+std::uint64_t Hub::thinned() const {
+  std::uint64_t sum = thinned_before_;
+  for (const auto& [id, client] : clients_) sum += client.outbox.thinned();
+  return sum;
+}
+
+}  // namespace tonus::dashboard

@@ -1,0 +1,139 @@
+#include "services/dashboard/gateway/operator_request.hpp"
+
+#include <algorithm>
+#include <array>
+#include <nlohmann/json.hpp>
+#include <optional>
+#include <spdlog/fmt/fmt.h>
+
+namespace tonus::dashboard {
+namespace {
+
+using nlohmann::json;
+
+template <typename Request>
+struct Named {
+  std::string_view name;
+  Request request;
+};
+
+constexpr std::array<Named<v1::SessionRequest>, 4> kSessionRequests{{{"start", v1::SESSION_START},
+                                                                     {"pause", v1::SESSION_PAUSE},
+                                                                     {"resume", v1::SESSION_RESUME},
+                                                                     {"abort", v1::SESSION_ABORT}}};
+constexpr std::array<Named<v1::RigRequest>, 3> kRigRequests{{{"emergency_stop", v1::RIG_EMERGENCY_STOP},
+                                                             {"clear_fault", v1::RIG_CLEAR_FAULT},
+                                                             {"abort_trial", v1::RIG_ABORT_TRIAL}}};
+constexpr char kEmergencyStop[] = "emergency_stop";
+constexpr std::size_t kLongestProtocol = 50000;  // what a session command has room for
+constexpr std::size_t kLongestSubject = 128;
+
+Error wrong(const std::string& text) { return fail(ErrorCode::kInvalidArgument, text); }
+
+template <typename List>
+auto find(const List& list, std::string_view name) {
+  using Request = decltype(list.front().request);
+  const auto found = std::find_if(list.begin(), list.end(), [&](const auto& n) { return n.name == name; });
+  return found == list.end() ? std::optional<Request>{} : std::optional<Request>{found->request};
+}
+
+Result<std::string> text_in(const json& object, const char* field, std::size_t longest) {
+  const auto found = object.find(field);
+  if (found == object.end()) return std::string();
+  if (!found->is_string()) return wrong(fmt::format("\"{}\" must be a text", field));
+  auto text = found->get<std::string>();
+  if (text.size() > longest || text.find('\0') != std::string::npos) {
+    return wrong(fmt::format("\"{}\" has {} bytes; at most {}, none of them zero, are allowed", field,
+                             text.size(), longest));
+  }
+  return text;
+}
+
+Result<Id> id_in(const json& object, const char* field) {
+  const auto text = text_in(object, field, 64);
+  if (!text) return text.error();
+  if (text->empty()) return kNoId;
+  auto id = id_from_hex(*text);
+  if (!id) return wrong(fmt::format("\"{}\" must be 32 hexadecimal digits", field));
+  return *id;
+}
+
+Result<OperatorCommand> session_command(const json& object, v1::SessionRequest request, const Id& id,
+                                        const Asker& asker) {
+  v1::SessionCommand command;
+  const auto session = id_in(object, "session_id");
+  if (!session) return session.error();
+  const auto protocol = text_in(object, "protocol_toml", kLongestProtocol);
+  if (!protocol) return protocol.error();
+  const auto subject = text_in(object, "subject", kLongestSubject);
+  if (!subject) return subject.error();
+  if (object.contains("seed")) {
+    if (!object.at("seed").is_number_unsigned()) return wrong("\"seed\" must be a whole number from 0");
+    command.seed(object.at("seed").get<std::uint64_t>());
+  }
+  command.session_id(*session);
+  command.request_id(id);
+  command.request(request);
+  command.protocol_toml(*protocol);
+  command.subject(*subject);
+  command.requested_by(asker.name);
+  return OperatorCommand(std::move(command));
+}
+
+Result<OperatorCommand> rig_command(const json& object, v1::RigRequest request, const Id& id,
+                                    const Asker& asker) {
+  const auto trial = id_in(object, "trial_id");
+  if (!trial) return trial.error();
+  v1::RigCommand command;
+  command.rig_id(asker.rig);
+  command.request_id(id);
+  command.request(request);
+  command.trial_id(*trial);
+  command.requested_by(asker.name);
+  return OperatorCommand(std::move(command));
+}
+
+}  // namespace
+
+bool is_allowed(Role role, std::string_view request_name) {
+  return role == Role::kOperate || request_name == kEmergencyStop;
+}
+
+Result<OperatorRequest> parse_request(std::string_view text, const Asker& asker, Id& id, std::string& name) {
+  const json object = json::parse(text, nullptr, false);
+  if (object.is_discarded() || !object.is_object()) return wrong("a request must be one JSON object");
+  const auto given_id = id_in(object, "request_id");
+  if (!given_id) return given_id.error();
+  if (*given_id == kNoId) return wrong("\"request_id\" is missing; 32 hexadecimal digits are needed");
+  id = *given_id;
+  const auto given_name = text_in(object, "request", 32);
+  if (!given_name) return given_name.error();
+  name = *given_name;
+  const auto session_request = find(kSessionRequests, name);
+  const auto rig_request = find(kRigRequests, name);
+  if (!session_request && !rig_request) {
+    return wrong(
+        fmt::format("request \"{}\" is not known; start, pause, resume, abort, emergency_stop, "
+                    "clear_fault and abort_trial are",
+                    name));
+  }
+  if (!is_allowed(asker.role, name)) {
+    return wrong(fmt::format("the role {} may not ask for {}; only for {}", role_name(asker.role), name,
+                             kEmergencyStop));
+  }
+  auto command = session_request ? session_command(object, *session_request, id, asker)
+                                 : rig_command(object, *rig_request, id, asker);
+  if (!command) return command.error();
+  return OperatorRequest{id, name, asker.name, std::move(*command)};
+}
+
+std::string reply_text(const OperatorReply& reply) {
+  return json{{"request_id", to_hex(reply.id)},
+              {"request", reply.name},
+              {"is_done", reply.is_done},
+              {"message", reply.message},
+              {"requested_by", reply.requested_by}}
+      .dump(-1, ' ', false, json::error_handler_t::replace);
+}
+
+}  // namespace tonus::dashboard

@@ -1,0 +1,59 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <string_view>
+#include <variant>
+
+#include "services/core/id.hpp"
+#include "services/core/result.hpp"
+#include "services/dashboard/gateway/access.hpp"
+
+#include <idl/rig.h>
+#include <idl/session.h>
+
+/// What an operator asks from a page, as JSON on the topic operator/request:
+///
+///     {"request_id": "<32 hex digits>", "request": "start", "session_id": "<32 hex digits>",
+///      "protocol_toml": "...", "subject": "sub-01", "seed": 1}
+///
+/// request: start, pause, resume, abort (of a session; session_id may be left out but with start),
+/// emergency_stop, clear_fault, abort_trial (of the rig). The answer comes on operator/reply with the same
+/// request_id. A request that is repeated with its id is done once.
+namespace tonus::dashboard {
+
+using OperatorCommand = std::variant<v1::SessionCommand, v1::RigCommand>;
+
+struct OperatorRequest {
+  Id id{};
+  std::string name;  ///< "start", ...
+  std::string requested_by;
+  OperatorCommand command;
+};
+
+struct OperatorReply {
+  Id id{};
+  std::string name;
+  bool is_done = false;
+  std::string message;
+  std::string requested_by;
+};
+
+/// Who asks, and which rig the gateway belongs to.
+struct Asker {
+  Role role = Role::kView;
+  std::string name;  ///< For requested_by: "dashboard 127.0.0.1:41000".
+  Id rig{};
+};
+
+/// kInvalidArgument names what is wrong. `id` is set as soon as it could be read, so that also a refusal can
+/// be answered.
+[[nodiscard]] Result<OperatorRequest> parse_request(std::string_view json, const Asker& asker, Id& id,
+                                                    std::string& name);
+
+/// Whether a role may ask for it: a viewer may stop the rig, and nothing else.
+[[nodiscard]] bool is_allowed(Role role, std::string_view request_name);
+
+[[nodiscard]] std::string reply_text(const OperatorReply& reply);
+
+}  // namespace tonus::dashboard

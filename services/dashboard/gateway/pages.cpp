@@ -1,0 +1,68 @@
+#include "services/dashboard/gateway/pages.hpp"
+
+#include <spdlog/fmt/fmt.h>
+
+#include "services/core/text_file.hpp"
+
+namespace tonus::dashboard {
+namespace {
+
+constexpr std::size_t kMaximumBytes = std::size_t{32} << 20;
+
+}  // namespace
+
+std::string content_type(const std::filesystem::path& file) {
+  static const std::map<std::string, std::string, std::less<>> kTypes{
+      {".html", "text/html; charset=utf-8"},
+      {".js", "text/javascript; charset=utf-8"},
+      {".css", "text/css; charset=utf-8"},
+      {".svg", "image/svg+xml"},
+      {".png", "image/png"},
+      {".json", "application/json"},
+      {".txt", "text/plain; charset=utf-8"},
+      {".md", "text/plain; charset=utf-8"},
+      {".tsv", "text/plain; charset=utf-8"},
+      {".csv", "text/csv; charset=utf-8"},
+      {".pdf", "application/pdf"},
+      {".webmanifest", "application/manifest+json"}};
+  const auto found = kTypes.find(file.extension().string());
+  return found == kTypes.end() ? "application/octet-stream" : found->second;
+}
+
+Result<Pages> Pages::load(const std::filesystem::path& folder) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(folder / "index.html", error)) {
+    return fail(
+        ErrorCode::kNotFound,
+        fmt::format("{}: no index.html there; a folder with the built pages is needed", folder.string()));
+  }
+  Pages made;
+  std::size_t bytes = 0;
+  for (std::filesystem::recursive_directory_iterator it(folder, error), end; it != end; it.increment(error)) {
+    if (error) return fail(ErrorCode::kIo, fmt::format("{}: {}", folder.string(), error.message()));
+    if (!it->is_regular_file()) continue;
+    auto content = read_text_file(it->path());
+    if (!content) return content.error();
+    bytes += content->size();
+    if (bytes > kMaximumBytes) {
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("{}: over {} bytes of pages", folder.string(), kMaximumBytes));
+    }
+    const auto path = "/" + std::filesystem::relative(it->path(), folder).generic_string();
+    made.pages_[path] = {std::move(*content), content_type(it->path()), path.starts_with("/assets/")};
+  }
+  return made;
+}
+
+const Page* Pages::find(std::string_view path) const {
+  const auto look = [this](const std::string& name) -> const Page* {
+    const auto found = pages_.find(name);
+    return found == pages_.end() ? nullptr : &found->second;
+  };
+  const std::string name(path);
+  if (name == "/") return look("/index.html");
+  if (const Page* page = look(name)) return page;
+  return look(name + ".html");
+}
+
+}  // namespace tonus::dashboard

@@ -1,0 +1,36 @@
+#pragma once
+
+#include <filesystem>
+#include <map>
+#include <string>
+#include <string_view>
+
+#include "services/core/result.hpp"
+
+namespace tonus::dashboard {
+
+struct Page {
+  std::string content;
+  std::string type;                  ///< "text/html; charset=utf-8"
+  bool is_named_by_content = false;  ///< Its name changes with its content: it may be kept for good.
+};
+
+/// The files of a folder, read once: nothing outside it can be asked for, and no request waits for a disk.
+class Pages {
+ public:
+  /// kNotFound: no folder, or no index.html in it. kInvalidArgument: over 32 MB of files.
+  [[nodiscard]] static Result<Pages> load(const std::filesystem::path& folder);
+
+  /// Null where there is no such page. "/" is index.html, "/operator" is operator.html.
+  [[nodiscard]] const Page* find(std::string_view path) const;
+
+  [[nodiscard]] std::size_t size() const { return pages_.size(); }
+
+ private:
+  std::map<std::string, Page, std::less<>> pages_;  ///< By path, "/assets/a.js".
+};
+
+/// By the file name's ending; application/octet-stream for any other.
+[[nodiscard]] std::string content_type(const std::filesystem::path& file);
+
+}  // namespace tonus::dashboard

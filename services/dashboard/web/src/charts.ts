@@ -1,0 +1,214 @@
+// Small drawings of estimates: dots with intervals, spring centres, convergence.
+
+import type { Estimate } from "./contract";
+import { svg } from "./dom";
+import {
+  conditionOf,
+  elementNames,
+  elementsOf,
+  matrixNames,
+  matrixOf,
+  methodOf,
+  unitOf,
+  type MatrixName,
+} from "./matrices";
+
+const WIDTH = 340;
+const HEIGHT = 240;
+const BOX = { left: 56, right: 10, top: 24, bottom: 40 };
+
+interface Scale {
+  at: (value: number) => number;
+  ticks: number[];
+}
+
+function scale(low: number, high: number, from: number, to: number): Scale {
+  if (!(high > low)) [low, high] = [low - 1, high + 1];
+  const step = niceStep((high - low) / 4);
+  const [first, last] = [Math.floor(low / step) * step, Math.ceil(high / step) * step];
+  const ticks: number[] = [];
+  for (let tick = first; tick <= last + step / 2; tick += step) ticks.push(Number(tick.toPrecision(12)));
+  return { at: (value) => from + ((value - first) / (last - first)) * (to - from), ticks };
+}
+
+function niceStep(rough: number): number {
+  const power = 10 ** Math.floor(Math.log10(rough));
+  const lead = rough / power;
+  return (lead > 5 ? 10 : lead > 2 ? 5 : lead > 1 ? 2 : 1) * power;
+}
+
+function frame(label: string, unit: string, y: Scale): SVGSVGElement {
+  const drawing = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", width: "100%", "aria-label": label });
+  for (const tick of y.ticks) {
+    const at = y.at(tick);
+    drawing.append(
+      svg("path", { class: "axis", d: `M ${BOX.left} ${at} H ${WIDTH - BOX.right}` }),
+      svg("text", { x: BOX.left - 6, y: at + 4, "text-anchor": "end", class: "small" }, String(tick)),
+    );
+  }
+  drawing.append(svg("text", { x: 4, y: 10, class: "small" }, unit));
+  return drawing;
+}
+
+const empty = (label: string): SVGSVGElement => {
+  const drawing = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", width: "100%", "aria-label": label });
+  drawing.append(svg("text", { x: WIDTH / 2, y: HEIGHT / 2, "text-anchor": "middle" }, "nothing yet"));
+  return drawing;
+};
+
+interface Dot {
+  value: number;
+  low: number;
+  high: number;
+  tone: number;
+  title: string;
+}
+
+/// Groups of dots side by side, each with its interval.
+function dots(label: string, unit: string, groups: { name: string; dots: Dot[] }[], isWithZero: boolean): SVGSVGElement {
+  const all = groups.flatMap((group) => group.dots).filter((dot) => Number.isFinite(dot.value));
+  if (all.length === 0) return empty(label);
+  const finite = (value: number, other: number): number => (Number.isFinite(value) ? value : other);
+  const low = Math.min(...all.map((dot) => finite(dot.low, dot.value)), isWithZero ? 0 : Infinity);
+  const high = Math.max(...all.map((dot) => finite(dot.high, dot.value)), isWithZero ? 0 : -Infinity);
+  const y = scale(low, high, HEIGHT - BOX.bottom, BOX.top);
+  const drawing = frame(label, unit, y);
+  const pitch = (WIDTH - BOX.left - BOX.right) / groups.length;
+  groups.forEach((group, g) => {
+    const middle = BOX.left + pitch * (g + 0.5);
+    group.dots.forEach((dot, d) => {
+      const x = middle + (d - (group.dots.length - 1) / 2) * Math.min(12, (0.8 * pitch) / group.dots.length);
+      const mark = svg("g", { class: `tone-${dot.tone % 4}` });
+      if (Number.isFinite(dot.low) && Number.isFinite(dot.high))
+        mark.append(svg("path", { d: `M ${x} ${y.at(dot.low)} V ${y.at(dot.high)}`, "stroke-width": 2 }));
+      if (Number.isFinite(dot.value))
+        mark.append(svg("circle", { cx: x, cy: y.at(dot.value), r: 3.5, fill: "currentColor" }));
+      mark.append(svg("title", {}, dot.title));
+      drawing.append(mark);
+    });
+    drawing.append(
+      svg("text", { x: middle, y: HEIGHT - BOX.bottom + 16, "text-anchor": "middle", class: "small" }, group.name),
+    );
+  });
+  return drawing;
+}
+
+/// Curl of M, B and K at each condition; 0 is a symmetric matrix.
+export function curlChart(estimates: Estimate[]): SVGSVGElement {
+  return dots(
+    "Curl of M, B and K",
+    "curl (dimensionless)",
+    estimates
+      .filter((estimate) => estimate.axes !== 1)
+      .map((estimate) => ({
+        name: conditionOf(estimate).slice(0, estimates.length > 6 ? 6 : 12),
+        dots: matrixNames.map((name, tone) => {
+          const { curl } = matrixOf(estimate, name);
+          return { value: curl, low: NaN, high: NaN, tone, title: `${conditionOf(estimate)}: ${name} ${curl.toFixed(3)}` };
+        }),
+      })),
+    true,
+  );
+}
+
+/// One condition's matrix by every method that was used.
+export function methodChart(estimates: Estimate[], name: MatrixName): SVGSVGElement {
+  const first = estimates[0];
+  if (!first) return empty("Methods");
+  return dots(
+    `${name} by method`,
+    unitOf(first, name),
+    elementsOf(first).map((i) => ({
+      name: `${name}${elementNames[i]!}`,
+      dots: estimates.map((estimate, tone) => {
+        const matrix = matrixOf(estimate, name);
+        return {
+          value: matrix.value[i]!,
+          low: matrix.low95[i]!,
+          high: matrix.high95[i]!,
+          tone,
+          title: `${methodOf(estimate)}: ${matrix.value[i]!.toPrecision(4)}`,
+        };
+      }),
+    })),
+    true,
+  );
+}
+
+/// The spring centre's place from the posture, with its interval.
+export function springChart(estimates: Estimate[]): SVGSVGElement {
+  const label = "Spring centres from the posture";
+  const points = estimates
+    .filter((estimate) => estimate.axes !== 1 && Array.from(estimate.spring_centre_m.value).every(Number.isFinite))
+    .map((estimate) => {
+      const { value, low95, high95 } = estimate.spring_centre_m;
+      const mm = (numbers: Float64Array, i: number): number => 1000 * numbers[i]!;
+      return { name: conditionOf(estimate), x: mm(value, 0), y: mm(value, 1), low: [mm(low95, 0), mm(low95, 1)], high: [mm(high95, 0), mm(high95, 1)] };
+    });
+  if (points.length === 0) return empty(label);
+  const reach = 1.1 * Math.max(1, ...points.flatMap(({ low, high }) => [...low, ...high].filter(Number.isFinite).map(Math.abs)));
+  const side = HEIGHT - BOX.top - BOX.bottom;
+  const left = BOX.left + (WIDTH - BOX.left - BOX.right - side) / 2;
+  const y = scale(-reach, reach, HEIGHT - BOX.bottom, BOX.top);
+  const x = scale(-reach, reach, left, left + side);
+  const drawing = frame(label, "y (mm)", y);
+  for (const tick of x.ticks) {
+    drawing.append(
+      svg("path", { class: "axis", d: `M ${x.at(tick)} ${BOX.top} V ${HEIGHT - BOX.bottom}` }),
+      svg("text", { x: x.at(tick), y: HEIGHT - BOX.bottom + 14, "text-anchor": "middle", class: "small" }, String(tick)),
+    );
+  }
+  drawing.append(svg("text", { x: WIDTH / 2, y: HEIGHT - 6, "text-anchor": "middle", class: "small" }, "x (mm)"));
+  points.forEach((point, i) => {
+    const mark = svg("g", { class: `tone-${i % 4}` });
+    if ([...point.low, ...point.high].every(Number.isFinite)) {
+      mark.append(
+        svg("path", { d: `M ${x.at(point.low[0]!)} ${y.at(point.y)} H ${x.at(point.high[0]!)} M ${x.at(point.x)} ${y.at(point.low[1]!)} V ${y.at(point.high[1]!)}`, "stroke-width": 2 }),
+      );
+    }
+    mark.append(
+      svg("circle", { cx: x.at(point.x), cy: y.at(point.y), r: 3.5, fill: "currentColor" }),
+      svg("title", {}, `${point.name}: ${point.x.toFixed(2)}, ${point.y.toFixed(2)} mm`),
+    );
+    drawing.append(mark);
+  });
+  return drawing;
+}
+
+/// A matrix's elements as trials came in.
+export function convergenceChart(history: Estimate[], name: MatrixName): SVGSVGElement {
+  const first = history[0];
+  if (!first) return empty("Convergence");
+  const elements = elementsOf(first);
+  const values = history.flatMap((estimate) => elements.map((i) => matrixOf(estimate, name).value[i]!)).filter(Number.isFinite);
+  // The first estimates of few trials may be anywhere: the axis is that of the later half, and a margin.
+  const later = history.slice(Math.floor(history.length / 2));
+  const ends = later.flatMap((estimate) =>
+    elements.flatMap((i) => [matrixOf(estimate, name).low95[i]!, matrixOf(estimate, name).high95[i]!]),
+  ).filter(Number.isFinite);
+  const shown = ends.length > 0 ? ends : values;
+  if (shown.length === 0) return empty("Convergence");
+  const y = scale(Math.min(...shown), Math.max(...shown), HEIGHT - BOX.bottom, BOX.top);
+  const lastTrial = Math.max(2, ...history.map((estimate) => estimate.trials_used));
+  const x = (estimate: Estimate): number =>
+    BOX.left + ((estimate.trials_used - 1) / (lastTrial - 1)) * (WIDTH - BOX.left - BOX.right);
+  const drawing = frame(`Convergence of ${name}`, unitOf(first, name), y);
+  const clip = (value: number): number => Math.max(BOX.top - 6, Math.min(HEIGHT - BOX.bottom + 6, value));
+  elements.forEach((i, tone) => {
+    const points = history.filter((estimate) => Number.isFinite(matrixOf(estimate, name).value[i]!));
+    const line = points.map((estimate) => `${x(estimate)},${clip(y.at(matrixOf(estimate, name).value[i]!))}`).join(" ");
+    const bounds = points.filter((estimate) => Number.isFinite(matrixOf(estimate, name).low95[i]!));
+    const up = bounds.map((estimate) => `${x(estimate)},${clip(y.at(matrixOf(estimate, name).high95[i]!))}`);
+    const down = bounds.map((estimate) => `${x(estimate)},${clip(y.at(matrixOf(estimate, name).low95[i]!))}`).reverse();
+    drawing.append(
+      svg("polygon", { points: [...up, ...down].join(" "), class: `tone-${tone}`, fill: "currentColor", "fill-opacity": 0.12, stroke: "none" }),
+      svg("polyline", { points: line, class: `tone-${tone}`, fill: "none", "stroke-width": 2 }),
+    );
+  });
+  drawing.append(
+    svg("text", { x: BOX.left, y: HEIGHT - BOX.bottom + 16, class: "small" }, "1"),
+    svg("text", { x: WIDTH - BOX.right, y: HEIGHT - BOX.bottom + 16, "text-anchor": "end", class: "small" }, String(lastTrial)),
+    svg("text", { x: WIDTH / 2, y: HEIGHT - 8, "text-anchor": "middle", class: "small" }, "trials used"),
+  );
+  return drawing;
+}

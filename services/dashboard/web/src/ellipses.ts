@@ -1,0 +1,154 @@
+// The ellipses of one matrix at the postures where they were measured; new ones grow into their place.
+
+import type { Estimate } from "./contract";
+import { el, svg } from "./dom";
+import { bandOf, conditionOf, ellipseOf, matrixOf, matrixTitles, unitOf, type Ellipse, type MatrixName } from "./matrices";
+
+const SIZE = 330; // of the drawing, user units
+const MARGIN = 40;
+const GROWTH_MS = 600;
+
+interface Drawn {
+  x: number;
+  y: number;
+  label: string;
+  ellipse: Ellipse;
+  outer?: Ellipse;
+  inner?: Ellipse;
+}
+
+export class EllipseChart {
+  readonly root: HTMLElement;
+  #name: MatrixName;
+  #drawing = svg("svg", { viewBox: `0 0 ${SIZE} ${SIZE}`, role: "img", width: "100%" });
+  #shown = new Map<string, Ellipse>(); // as drawn now
+  #animation = 0;
+
+  constructor(name: MatrixName) {
+    this.#name = name;
+    this.root = el("figure", { class: "ellipses" });
+    this.root.append(el("h3", {}, matrixTitles[name]), this.#drawing);
+  }
+
+  update(estimates: Estimate[]): void {
+    const items = estimates.flatMap((estimate) => this.#item(estimate));
+    this.#drawing.setAttribute(
+      "aria-label",
+      `${matrixTitles[this.#name]}: ellipses of ${items.map((item) => item.label).join(", ") || "no posture yet"}`,
+    );
+    cancelAnimationFrame(this.#animation);
+    const begin = performance.now();
+    const from = new Map(this.#shown);
+    const isCalm = matchMedia("(prefers-reduced-motion: reduce)").matches;
+    const step = (): void => {
+      const share = isCalm ? 1 : Math.min(1, (performance.now() - begin) / GROWTH_MS);
+      const eased = 1 - (1 - share) ** 3;
+      this.#draw(items, estimates, (item) => grown(from.get(item.label), item.ellipse, eased), share === 1);
+      if (share < 1) this.#animation = requestAnimationFrame(step);
+    };
+    step();
+  }
+
+  #item(estimate: Estimate): Drawn[] {
+    const matrix = matrixOf(estimate, this.#name);
+    const ellipse = ellipseOf(matrix);
+    if (!ellipse) return [];
+    const band = bandOf(matrix);
+    return [
+      {
+        x: estimate.posture_m[0]!,
+        y: estimate.posture_m[1]!,
+        label: conditionOf(estimate),
+        ellipse,
+        outer: band?.outer,
+        inner: band?.inner,
+      },
+    ];
+  }
+
+  #draw(items: Drawn[], estimates: Estimate[], now: (item: Drawn) => Ellipse, isWithBands: boolean): void {
+    this.#drawing.replaceChildren();
+    if (items.length === 0 || !estimates[0]) {
+      this.#drawing.append(svg("text", { x: SIZE / 2, y: SIZE / 2, "text-anchor": "middle" }, "nothing yet"));
+      return;
+    }
+    const places = layout(items);
+    const largest = Math.max(...items.map((item) => item.outer?.major ?? item.ellipse.major));
+    const scale = places.radius / largest;
+    const shape = (item: Drawn, ellipse: Ellipse, attributes: Record<string, string>): SVGElement => {
+      const [x, y] = places.at(item);
+      return svg("ellipse", {
+        ...attributes,
+        cx: x,
+        cy: y,
+        rx: Math.max(0.1, scale * ellipse.major),
+        ry: Math.max(0.1, scale * ellipse.minor),
+        transform: `rotate(${(-ellipse.angle * 180) / Math.PI} ${x} ${y})`, // the drawing's y goes down
+      });
+    };
+    items.forEach((item, i) => {
+      const tone = `tone-${i % 4}`;
+      const ellipse = now(item);
+      this.#shown.set(item.label, ellipse);
+      const [x, y] = places.at(item);
+      if (isWithBands && item.outer && item.inner) {
+        this.#drawing.append(
+          shape(item, item.outer, { class: `band ${tone}` }),
+          shape(item, item.inner, { class: `band hole ${tone}` }),
+        );
+      }
+      const drawn = shape(item, ellipse, { class: `ellipse ${tone}`, "data-condition": item.label });
+      drawn.append(svg("title", {}, item.label));
+      this.#drawing.append(drawn, svg("circle", { cx: x, cy: y, r: 2, class: tone, fill: "currentColor" }));
+      this.#drawing.append(
+        svg("text", { x, y: y + places.radius + 12, "text-anchor": "middle", class: "small" }, item.label.slice(0, 24)),
+      );
+    });
+    const unit = unitOf(estimates[0], this.#name);
+    const round = roundDown(largest);
+    const length = scale * round;
+    this.#drawing.append(
+      svg("path", { class: "axis", d: `M 10 ${SIZE - 12} h ${length}`, "stroke-width": 2 }),
+      svg("text", { x: 16 + length, y: SIZE - 8, class: "small" }, `${round} ${unit}`),
+    );
+  }
+}
+
+/// Where postures lie in the drawing (x to the right, y ahead = up), with room for an ellipse each.
+function layout(items: Drawn[]): { at: (item: Drawn) => [number, number]; radius: number } {
+  const xs = items.map(({ x }) => x);
+  const ys = items.map(({ y }) => y);
+  const middle = [(Math.min(...xs) + Math.max(...xs)) / 2, (Math.min(...ys) + Math.max(...ys)) / 2];
+  const extent = Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
+  if (extent === 0) return { at: () => [SIZE / 2, SIZE / 2 - 10], radius: SIZE / 2 - MARGIN };
+  let nearest = Infinity;
+  for (const a of items)
+    for (const b of items) {
+      const distance = Math.hypot(a.x - b.x, a.y - b.y);
+      if (distance > 0) nearest = Math.min(nearest, distance);
+    }
+  // The ellipses at the edge need room, too: extent * s + 2 r = room, with r = 0.46 nearest * s.
+  const share = 0.46 * nearest;
+  const scale = (SIZE - MARGIN) / (extent + 2 * share);
+  return {
+    at: ({ x, y }) => [SIZE / 2 + scale * (x - middle[0]!), SIZE / 2 - 12 - scale * (y - middle[1]!)],
+    radius: scale * share,
+  };
+}
+
+function grown(from: Ellipse | undefined, to: Ellipse, share: number): Ellipse {
+  if (!from) return { major: share * to.major, minor: share * to.minor, angle: to.angle };
+  let turn = to.angle - from.angle;
+  turn -= Math.PI * Math.round(turn / Math.PI); // the short way round
+  return {
+    major: from.major + share * (to.major - from.major),
+    minor: from.minor + share * (to.minor - from.minor),
+    angle: to.angle - (1 - share) * turn,
+  };
+}
+
+function roundDown(value: number): number {
+  const power = 10 ** Math.floor(Math.log10(value));
+  const lead = value / power;
+  return (lead >= 5 ? 5 : lead >= 2 ? 2 : 1) * power;
+}

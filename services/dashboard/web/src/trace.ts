@@ -1,0 +1,163 @@
+// Live traces: hand position and force against time, drawn at the display's rate.
+
+import uPlot from "uplot";
+import "uplot/dist/uPlot.min.css";
+import type { RigDescription, SampleBlock, TrialProgram } from "./contract";
+import { RIG_TWO_LINK, handOf, poseOf, robotFrame, type ShoulderPose } from "./geometry";
+import { el } from "./dom";
+
+const WINDOW_S = 10;
+const HEIGHT = 165; // CSS pixels
+const POINTS_PER_S = 250; // more than a screen has columns for
+const CAPACITY = WINDOW_S * POINTS_PER_S * 2;
+
+/// The newest seconds of four series, in the order of acquisition.
+class Ring {
+  readonly times: number[] = [];
+  readonly series: number[][] = [[], [], [], []];
+
+  push(time: number, values: readonly number[]): void {
+    this.times.push(time);
+    values.forEach((value, i) => this.series[i]!.push(value));
+    if (this.times.length <= CAPACITY) return;
+    const surplus = this.times.length - CAPACITY / 2;
+    this.times.splice(0, surplus);
+    for (const one of this.series) one.splice(0, surplus);
+  }
+
+  clear(): void {
+    this.times.length = 0;
+    for (const one of this.series) one.length = 0;
+  }
+}
+
+export class Trace {
+  readonly root = el("div", { class: "trace" });
+  frames = 0; // drawn since the page was loaded
+  #ring = new Ring();
+  #plots: uPlot[] = [];
+  #rig?: RigDescription;
+  #pose: ShoulderPose = robotFrame;
+  #posture: [number, number] = [0, 0]; // in S, m
+  #epoch = -1n;
+  #last = -Infinity; // s, of the newest sample
+  #arrived = 0; // ms
+  #lastKept = -Infinity;
+  #hasNews = false;
+
+  constructor() {
+    const draw = (): void => {
+      this.#draw();
+      requestAnimationFrame(draw);
+    };
+    requestAnimationFrame(draw);
+    new ResizeObserver(() => this.#resize()).observe(this.root);
+    matchMedia("(prefers-color-scheme: dark)").addEventListener("change", () => this.#build());
+  }
+
+  setRig(rig: RigDescription): void {
+    const isSame =
+      this.#rig?.displacement_unit === rig.displacement_unit && this.#rig?.force_unit === rig.force_unit;
+    this.#rig = rig;
+    if (!isSame) this.#build();
+  }
+
+  /// The trial says where the subject sits.
+  setTrial(program: TrialProgram): void {
+    const pose = poseOf(program);
+    const posture: [number, number] = [program.posture_m[0]!, program.posture_m[1]!];
+    const isSame =
+      posture[0] === this.#posture[0] &&
+      posture[1] === this.#posture[1] &&
+      pose.angle === this.#pose.angle &&
+      pose.origin[0] === this.#pose.origin[0] &&
+      pose.origin[1] === this.#pose.origin[1];
+    if (isSame) return;
+    this.#pose = pose;
+    this.#posture = posture;
+    this.#ring.clear(); // what is there is in another frame
+    this.#lastKept = -Infinity;
+  }
+
+  add(block: SampleBlock): void {
+    if (!this.#rig || block.is_resent) return;
+    if (block.epoch !== this.#epoch) {
+      this.#epoch = block.epoch;
+      this.#ring.clear();
+      this.#last = this.#lastKept = -Infinity;
+    }
+    const scale = this.#rig.displacement_unit === "m" ? 1000 : 1;
+    for (const sample of block.samples) {
+      const time = Number(sample.acquisition_ns) / 1e9;
+      if (time < this.#last) continue;
+      this.#last = time;
+      if (time - this.#lastKept < 1 / POINTS_PER_S - 1e-9) continue;
+      this.#lastKept = time;
+      const hand = handOf(this.#rig, this.#pose, sample);
+      this.#ring.push(time, [
+        scale * (hand.position[0] - this.#posture[0]),
+        scale * (hand.position[1] - this.#posture[1]),
+        hand.force[0],
+        hand.force[1],
+      ]);
+    }
+    this.#arrived = performance.now();
+    this.#hasNews = true;
+  }
+
+  #draw(): void {
+    if (this.#plots.length === 0 || document.hidden) return;
+    const sinceArrival = (performance.now() - this.#arrived) / 1000;
+    if (!this.#hasNews && sinceArrival > 0.5) return; // stands still
+    this.#hasNews = false;
+    // The time axis goes on between blocks, so that the picture glides.
+    const end = this.#last + Math.min(sinceArrival, 0.2);
+    const { times, series } = this.#ring;
+    this.#plots.forEach((plot, i) => {
+      plot.setData([times, series[2 * i]!, series[2 * i + 1]!], false);
+      plot.setScale("x", { min: end - WINDOW_S, max: end });
+    });
+    this.frames += 1;
+    this.root.dataset["frames"] = String(this.frames);
+    this.root.dataset["points"] = String(times.length);
+  }
+
+  #build(): void {
+    if (!this.#rig) return;
+    for (const plot of this.#plots) plot.destroy();
+    const displacement = this.#rig.displacement_unit === "m" ? "mm" : this.#rig.displacement_unit;
+    const isOneAxis = this.#rig.kind !== RIG_TWO_LINK;
+    this.#plots = [
+      this.#plot(isOneAxis ? "Displacement" : "Hand from the posture", displacement, ["x", "y"]),
+      this.#plot("Force on the arm", this.#rig.force_unit, ["Fx", "Fy"]),
+    ];
+  }
+
+  #plot(title: string, unit: string, names: [string, string]): uPlot {
+    const style = getComputedStyle(document.documentElement);
+    const colour = (name: string): string => style.getPropertyValue(name).trim();
+    const axis = { stroke: colour("--faint"), grid: { stroke: colour("--line"), width: 1 } };
+    const show = (_: unknown, value: number | null): string => (value === null ? "–" : `${value.toFixed(2)} ${unit}`);
+    return new uPlot(
+      {
+        title: `${title} (${unit})`,
+        width: Math.max(240, this.root.clientWidth),
+        height: HEIGHT,
+        cursor: { drag: { x: false, y: false } },
+        scales: { x: { time: false } },
+        axes: [{ ...axis, label: "rig's clock (s)", size: 34, labelSize: 18 }, { ...axis, size: 56 }],
+        series: [
+          { label: "s", value: (_, value) => (value === null ? "–" : value.toFixed(3)) },
+          { label: names[0], stroke: colour("--x"), width: 1.5, value: show },
+          { label: names[1], stroke: colour("--y"), width: 1.5, dash: [6, 3], value: show },
+        ],
+      },
+      [[], [], []],
+      this.root,
+    );
+  }
+
+  #resize(): void {
+    for (const plot of this.#plots) plot.setSize({ width: Math.max(240, this.root.clientWidth), height: HEIGHT });
+  }
+}

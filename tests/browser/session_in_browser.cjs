@@ -1,0 +1,217 @@
+// Drives the pages of a running system through one session.
+//
+//   node session_in_browser.cjs PACKAGES CHROMIUM URL PROTOCOL PID_OF_TONUS_UP FOLDER SCREENSHOTS
+//
+// Writes FOLDER/live.csv, archive.csv and seen.json, and PNG files to SCREENSHOTS.
+
+const { createRequire } = require("node:module");
+const { execFileSync } = require("node:child_process");
+const { writeFileSync } = require("node:fs");
+const { join } = require("node:path");
+
+const [packages, executablePath, url, protocol, systemId, folder, screenshots] = process.argv.slice(2);
+const { chromium } = createRequire(`${packages}/package.json`)("playwright-core");
+const STEP_MS = 60000;
+
+function expect(condition, what) {
+  if (!condition) throw new Error(`not so: ${what}`);
+}
+
+const text = (page, selector) => page.locator(selector).innerText();
+
+/// Waits until a text of the page satisfies the condition.
+async function until(page, selector, condition, what) {
+  const deadline = Date.now() + STEP_MS;
+  let seen = "";
+  while (Date.now() < deadline) {
+    seen = await text(page, selector);
+    if (condition(seen)) return seen;
+    await page.waitForTimeout(50);
+  }
+  throw new Error(`${what}: ${selector} says "${seen}"`);
+}
+
+const phase = (page, ...wanted) => until(page, "#phase", (seen) => wanted.includes(seen), `phase ${wanted}`);
+const shot = (page, name, options = {}) => page.screenshot({ path: join(screenshots, `${name}.png`), ...options });
+
+async function download(page, file) {
+  const [given] = await Promise.all([page.waitForEvent("download"), page.click("#download")]);
+  await given.saveAs(join(folder, file));
+}
+
+/// By keyboard alone: on from where the focus is, to the element with this id.
+async function tabTo(page, id) {
+  for (let i = 0; i < 60; ++i) {
+    await page.keyboard.press("Tab");
+    if ((await page.evaluate(() => document.activeElement?.id)) === id) return;
+  }
+  throw new Error(`the keyboard does not reach #${id}`);
+}
+
+async function framesPerSecond(page) {
+  const frames = () => page.evaluate(() => Number(document.querySelector(".trace").dataset.frames));
+  const [first, begin] = [await frames(), Date.now()];
+  await page.waitForTimeout(2000);
+  return (1000 * ((await frames()) - first)) / (Date.now() - begin);
+}
+
+async function start(page) {
+  await until(page, "#link", (seen) => seen.includes("Connected (operate)"), "connection");
+  await until(page, "#roster-age", (seen) => seen === "complete", "roster");
+  await page.locator("#start:enabled").waitFor();
+  await shot(page, "operator-before");
+  await page.setInputFiles("#protocol-file", protocol);
+  await tabTo(page, "start");
+  await page.keyboard.press("Enter");
+  await until(page, "#notice", (seen) => seen.startsWith("start: done"), "answer to start");
+  await phase(page, "running");
+}
+
+async function watch(page) {
+  await page.locator("#verdicts tr").first().waitFor({ timeout: STEP_MS });
+  expect((await text(page, "#verdicts")).includes("valid"), "a verdict is shown");
+  console.log(`traces: ${(await framesPerSecond(page)).toFixed(0)} frames/s`);
+  await shot(page, "operator-running");
+}
+
+async function pauseAndResume(page) {
+  await page.click("#pause");
+  await phase(page, "paused");
+  await until(page, "#notice", (seen) => seen.startsWith("pause: done"), "answer to pause");
+  await shot(page, "operator-paused");
+  await page.keyboard.press("Alt+r");
+  await phase(page, "running");
+}
+
+async function stopAndGoOn(page) {
+  await page.keyboard.press("Control+Space");
+  await until(page, "#notice", (seen) => seen.startsWith("Emergency stop done"), "answer to the emergency stop");
+  await until(page, "#fact-rig", (seen) => seen === "fault", "the rig's fault");
+  await phase(page, "waiting");
+  await shot(page, "operator-stopped");
+  await page.locator("#resume:enabled").click();
+  await phase(page, "running");
+  await until(page, "#fact-rig", (seen) => seen !== "fault", "the fault has been cleared");
+}
+
+async function watchSubject(context) {
+  const page = await context.newPage();
+  await page.goto(`${url}/subject`);
+  await until(page, "#instruction", (seen) => seen.includes("Hold the handle on the circle"), "instruction");
+  const canvas = (name) => page.evaluate((key) => document.querySelector("#target").dataset[key], name);
+  const deadline = Date.now() + STEP_MS;
+  while (!(await canvas("cursor"))) {
+    expect(Date.now() < deadline, "the hand is shown");
+    await page.waitForTimeout(50);
+  }
+  const pixelsPerCm = Number(await page.inputValue("#zoom"));
+  expect(Math.abs(Number(await canvas("diameter")) - pixelsPerCm) < 1e-6, "the circle is 1 cm wide");
+  await shot(page, "subject");
+  await page.close();
+}
+
+async function killGateway(page) {
+  const children = execFileSync("ps", ["-o", "pid=,comm=", "--ppid", systemId], { encoding: "utf8" });
+  const line = children.split("\n").find((one) => one.includes("tonus-dashboar"));
+  expect(line, "the gateway is a child of tonus up");
+  process.kill(Number(line.trim().split(/\s+/)[0]), "SIGKILL");
+  await until(page, "#link", (seen) => seen.includes("DISCONNECTED"), "the loss is said");
+  await page.locator("#banner:visible").waitFor();
+  await shot(page, "operator-disconnected");
+  await until(page, "#link", (seen) => seen.includes("Connected"), "the page comes back by itself");
+  await page.locator("#banner").waitFor({ state: "hidden" });
+}
+
+async function finish(page) {
+  await phase(page, "completed");
+  await shot(page, "operator-completed", { fullPage: true });
+  const trials = await text(page, "#fact-trials");
+  return {
+    session: await text(page, "#fact-id"),
+    verdicts: await page.locator("#verdicts tr").count(),
+    counted: Number(trials.split(" ")[0]),
+  };
+}
+
+async function lookAtResults(page) {
+  await until(page, "#which", (seen) => seen.includes("completed"), "results of the session that is over");
+  await page.waitForTimeout(1500); // the ellipses have grown
+  await shot(page, "results", { fullPage: true });
+  await download(page, "live.csv");
+}
+
+async function lookAtArchive(context, session) {
+  const page = await context.newPage();
+  await page.goto(`${url}/archive`);
+  await page.locator(`[data-session="${session}"]`).click();
+  await page.locator(`#session-facts[data-session="${session}"]`).waitFor();
+  await page.waitForTimeout(1500);
+  await shot(page, "archive", { fullPage: true });
+  await download(page, "archive.csv");
+  await page.close();
+}
+
+async function lookInOtherWays(browser) {
+  for (const [name, options] of [
+    ["dark", { colorScheme: "dark", viewport: { width: 1280, height: 720 } }],
+    ["tablet", { viewport: { width: 820, height: 1180 }, hasTouch: true }],
+  ]) {
+    const context = await browser.newContext(options);
+    for (const path of ["", "results", "archive"]) {
+      const page = await context.newPage();
+      await page.goto(`${url}/${path}`);
+      await until(page, "#link", (seen) => seen.includes("Connected"), "connection");
+      await page.waitForTimeout(1500);
+      const surplus = await page.evaluate(() => document.documentElement.scrollWidth - innerWidth);
+      expect(surplus <= 0, `${path || "operator"} is no wider than a ${name} screen (${surplus} px)`);
+      await shot(page, `${path || "operator"}-${name}`);
+      await page.close();
+    }
+    await context.close();
+  }
+}
+
+async function run(browser) {
+  const context = await browser.newContext({ viewport: { width: 1280, height: 720 }, acceptDownloads: true });
+  const troubles = [];
+  const foreign = [];
+  context.on("page", (page) => {
+    page.on("pageerror", (error) => troubles.push(error.message));
+    page.on("request", (request) => {
+      if (!/^(blob:|data:)/.test(request.url()) && !request.url().startsWith(url)) foreign.push(request.url());
+    });
+  });
+  const page = await context.newPage();
+  await page.goto(url);
+  const results = await context.newPage();
+  await results.goto(`${url}/results`);
+  await page.bringToFront();
+  await start(page);
+  await watch(page);
+  await pauseAndResume(page);
+  await watchSubject(context);
+  await page.bringToFront();
+  await stopAndGoOn(page);
+  await killGateway(page);
+  const seen = await finish(page);
+  await lookAtResults(results);
+  await lookAtArchive(context, seen.session);
+  await lookInOtherWays(browser);
+  writeFileSync(join(folder, "seen.json"), JSON.stringify(seen));
+  expect(troubles.length === 0, `no page has an error: ${troubles}`);
+  expect(foreign.length === 0, `nothing comes from elsewhere: ${foreign}`);
+}
+
+(async () => {
+  const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"] });
+  try {
+    await run(browser);
+  } catch (error) {
+    for (const context of browser.contexts())
+      for (const page of context.pages()) await shot(page, `failure-${context.pages().indexOf(page)}`).catch(() => undefined);
+    console.error(error.stack);
+    process.exitCode = 1;
+  } finally {
+    await browser.close();
+  }
+})();

@@ -1,0 +1,95 @@
+#include "services/dashboard/gateway/operator_request.hpp"
+
+#include <gmock/gmock.h>
+#include <nlohmann/json.hpp>
+
+namespace tonus::dashboard {
+namespace {
+
+using nlohmann::json;
+using ::testing::HasSubstr;
+
+const std::string kRequestId = "000102030405060708090a0b0c0d0e0f";
+const std::string kSessionId = "f0f1f2f3f4f5f6f7f8f9fafbfcfdfeff";
+
+struct Parsed {
+  Id id{};
+  std::string name;
+  Result<OperatorRequest> request = fail(ErrorCode::kInternal, "");
+};
+
+Parsed parse(const json& object, Role role = Role::kOperate) {
+  Parsed parsed;
+  parsed.request =
+      parse_request(object.dump(), {role, "dashboard test", id_of("rig/rig")}, parsed.id, parsed.name);
+  return parsed;
+}
+
+TEST(OperatorRequest, StartBecomesASessionCommandWithEveryField) {
+  const auto parsed = parse({{"request_id", kRequestId},
+                             {"request", "start"},
+                             {"session_id", kSessionId},
+                             {"protocol_toml", "schema = 1"},
+                             {"subject", "sub-02"},
+                             {"seed", 7}});
+  ASSERT_TRUE(parsed.request) << parsed.request.error().message;
+  const auto& command = std::get<v1::SessionCommand>(parsed.request->command);
+  EXPECT_EQ(command.request(), v1::SESSION_START);
+  EXPECT_EQ(to_hex(command.request_id()), kRequestId);
+  EXPECT_EQ(to_hex(command.session_id()), kSessionId);
+  EXPECT_EQ(command.protocol_toml(), "schema = 1");
+  EXPECT_EQ(command.subject(), "sub-02");
+  EXPECT_EQ(command.seed(), 7U);
+  EXPECT_EQ(command.requested_by(), "dashboard test");
+}
+
+TEST(OperatorRequest, EmergencyStopBecomesACommandToTheGatewaysRig) {
+  const auto parsed = parse({{"request_id", kRequestId}, {"request", "emergency_stop"}});
+  ASSERT_TRUE(parsed.request);
+  const auto& command = std::get<v1::RigCommand>(parsed.request->command);
+  EXPECT_EQ(command.request(), v1::RIG_EMERGENCY_STOP);
+  EXPECT_EQ(Id(command.rig_id()), id_of("rig/rig"));
+}
+
+TEST(OperatorRequest, AViewerMayStopTheRigAndNothingElse) {
+  EXPECT_TRUE(parse({{"request_id", kRequestId}, {"request", "emergency_stop"}}, Role::kView).request);
+  for (const char* name : {"start", "pause", "resume", "abort", "clear_fault", "abort_trial"}) {
+    const auto parsed = parse({{"request_id", kRequestId}, {"request", name}}, Role::kView);
+    ASSERT_FALSE(parsed.request) << name;
+    EXPECT_THAT(parsed.request.error().message, HasSubstr("view"));
+    EXPECT_EQ(to_hex(parsed.id), kRequestId) << "the refusal can be answered";
+  }
+}
+
+TEST(OperatorRequest, MalformedOnesAreRefusedWithTheFieldsName) {
+  const auto message = [](const json& object) {
+    const auto parsed = parse(object);
+    return parsed.request ? std::string("accepted") : parsed.request.error().message;
+  };
+  EXPECT_THAT(message({{"request", "pause"}}), HasSubstr("request_id"));
+  EXPECT_THAT(message({{"request_id", std::string(32, '0')}, {"request", "pause"}}), HasSubstr("request_id"));
+  EXPECT_THAT(message({{"request_id", "12"}, {"request", "pause"}}), HasSubstr("request_id"));
+  EXPECT_THAT(message({{"request_id", 12}, {"request", "pause"}}), HasSubstr("request_id"));
+  EXPECT_THAT(message({{"request_id", kRequestId}, {"request", "explode"}}), HasSubstr("explode"));
+  EXPECT_THAT(message({{"request_id", kRequestId}, {"request", "start"}, {"seed", -1}}), HasSubstr("seed"));
+  EXPECT_THAT(message({{"request_id", kRequestId}, {"request", "start"}, {"subject", std::string(129, 'x')}}),
+              HasSubstr("subject"));
+  EXPECT_THAT(
+      message({{"request_id", kRequestId}, {"request", "start"}, {"protocol_toml", std::string(50001, 'x')}}),
+      HasSubstr("protocol_toml"));
+  EXPECT_THAT(
+      message({{"request_id", kRequestId}, {"request", "start"}, {"subject", std::string("a\0b", 3)}}),
+      HasSubstr("subject"));
+  EXPECT_THAT(message(json::array()), HasSubstr("object"));
+}
+
+TEST(OperatorRequest, ReplyIsJsonWithTheRequestsId) {
+  const auto reply =
+      json::parse(reply_text({*id_from_hex(kRequestId), "pause", true, "paused", "dashboard x"}));
+  EXPECT_EQ(reply["request_id"], kRequestId);
+  EXPECT_EQ(reply["is_done"], true);
+  EXPECT_EQ(reply["message"], "paused");
+}
+
+}  // namespace
+}  // namespace tonus::dashboard

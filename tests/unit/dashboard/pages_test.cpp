@@ -1,0 +1,80 @@
+#include "services/dashboard/gateway/pages.hpp"
+
+#include <fstream>
+#include <gmock/gmock.h>
+
+#include "services/dashboard/gateway/http_api.hpp"
+#include "services/dashboard/gateway/server.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace tonus::dashboard {
+namespace {
+
+using ::testing::HasSubstr;
+
+class PagesTest : public ::testing::Test {
+ protected:
+  void write(const std::string& name, const std::string& text) {
+    std::filesystem::create_directories((folder_.path() / name).parent_path());
+    std::ofstream(folder_.path() / name) << text;
+  }
+  testing::TemporaryFolder folder_;
+};
+
+TEST_F(PagesTest, AreFoundByPathWithOrWithoutTheirEnding) {
+  write("index.html", "operator");
+  write("results.html", "results");
+  write("assets/a-123.js", "code");
+  const auto pages = Pages::load(folder_.path());
+  ASSERT_TRUE(pages) << pages.error().message;
+  EXPECT_EQ(pages->find("/")->content, "operator");
+  EXPECT_EQ(pages->find("/results")->content, "results");
+  EXPECT_EQ(pages->find("/results")->type, "text/html; charset=utf-8");
+  EXPECT_TRUE(pages->find("/assets/a-123.js")->is_named_by_content);
+  EXPECT_FALSE(pages->find("/")->is_named_by_content);
+}
+
+TEST_F(PagesTest, NothingElseIsFound) {
+  write("index.html", "operator");
+  const auto pages = Pages::load(folder_.path());
+  ASSERT_TRUE(pages);
+  for (const char* path : {"", "/x", "/../index.html", "/./index.html", "//index.html", "/assets"})
+    EXPECT_EQ(pages->find(path), nullptr) << path;
+}
+
+TEST_F(PagesTest, AFolderWithoutPagesIsAnErrorThatNamesIt) {
+  const auto pages = Pages::load(folder_.path());
+  ASSERT_FALSE(pages);
+  EXPECT_THAT(pages.error().message, HasSubstr(folder_.path().string()));
+}
+
+TEST_F(PagesTest, ReportsAreGivenOutFromTheirFolderOnly) {
+  write("secret.html", "secret");
+  write("reports/study/index.html", "report");
+  std::filesystem::create_symlink(folder_.path() / "secret.html", folder_.path() / "reports" / "link.html");
+  const ApiFolders folders{"", "", folder_.path() / "reports"};
+  EXPECT_EQ(answer_api(folders, "/reports/study/index.html", "").body, "report");
+  EXPECT_THAT(answer_api(folders, "/api/reports", "").body, HasSubstr("study/index.html"));
+  for (const char* path :
+       {"/reports/../secret.html", "/reports//etc/passwd", "/reports/study/../../secret.html",
+        "/reports/link.html", "/reports/", "/reports/study", "/reports/none"})
+    EXPECT_EQ(answer_api(folders, path, "").status, 404) << path;
+}
+
+TEST_F(PagesTest, AnArchiveThatIsNotThereIsSaidPlainly) {
+  const ApiFolders folders{(folder_ / "none.sqlite").string(), "", ""};
+  const auto answer = answer_api(folders, "/api/sessions", "");
+  EXPECT_NE(answer.status, 200);
+  EXPECT_THAT(answer.body, HasSubstr("none.sqlite"));
+}
+
+TEST(ListenAddress, IsAddressAndPort) {
+  EXPECT_EQ(parse_listen("8765")->address, "127.0.0.1");
+  EXPECT_EQ(parse_listen("10.0.0.1:80")->port, 80);
+  EXPECT_EQ(parse_listen("[::1]:0")->address, "::1");
+  for (const char* text : {"", "x", "1.2.3.4:", "1.2.3.4:65536", "1.2.3.4:-1", "1.2.3.4:8x"})
+    EXPECT_FALSE(parse_listen(text)) << text;
+}
+
+}  // namespace
+}  // namespace tonus::dashboard
