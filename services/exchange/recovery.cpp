@@ -22,7 +22,7 @@ constexpr std::size_t kBlockColumns = 10;
 constexpr std::size_t kMessageColumns = 7;
 constexpr std::size_t kTrialColumns = 21;
 constexpr std::size_t kStreamColumns = 6;
-constexpr std::size_t kRowsACommit = 512;
+constexpr std::size_t kRowsACommit = 128;
 
 const std::vector<std::byte>* octets(const SqliteRow& row, std::size_t column, std::size_t size = 0) {
   const auto* value = std::get_if<std::vector<std::byte>>(&row.values[column]);
@@ -220,24 +220,31 @@ class Rebuilder {
     if (batch_.blocks.size() + batch_.messages.size() < kRowsACommit) return {};
     done_ += batch_.blocks.size() + batch_.messages.size();
     if (progress_) progress_(done_, found_.rows());
+    add_streams();
     auto committed = store_.commit(batch_);
     batch_ = {};
     return committed;
   }
 
-  void add_streams(Recovery& recovery) {
-    for (const auto& [key, end] : frontiers_) coverage_[key];
+  /// As far as they are known by now.
+  void add_streams() {
     for (const auto& [key, coverage] : coverage_) {
       archive::StreamRecord stream;
       if (const auto known = found_.streams.find(key); known != found_.streams.end()) stream = known->second;
       stream.key = key;
       stream.coverage = coverage;
       batch_.streams.push_back(stream);
-      const auto frontier = frontiers_.find(key);
-      const std::uint64_t end = std::max(coverage.end(), frontier == frontiers_.end() ? 0 : frontier->second);
+    }
+  }
+
+  void list_lost_samples(Recovery& recovery) const {
+    for (const auto& stream : batch_.streams) {
+      const auto frontier = frontiers_.find(stream.key);
+      const std::uint64_t end =
+          std::max(stream.coverage.end(), frontier == frontiers_.end() ? 0 : frontier->second);
       if (stream.origin >= end) continue;
-      for (const auto& range : coverage.missing({stream.origin, end}))
-        recovery.lost_samples.push_back({key, range});
+      for (const auto& range : stream.coverage.missing({stream.origin, end}))
+        recovery.lost_samples.push_back({stream.key, range});
     }
   }
 
@@ -284,7 +291,9 @@ class Rebuilder {
   }
 
   Result<void> finish(Recovery& recovery) {
-    add_streams(recovery);
+    for (const auto& [key, end] : frontiers_) coverage_[key];
+    add_streams();
+    list_lost_samples(recovery);
     add_trials(recovery);
     add_certificates();
     for (const auto& [id, session] : sessions_) batch_.sessions.push_back(session);
@@ -350,7 +359,11 @@ Result<Recovery> recover_archive(const fs::path& damaged, const fs::path& target
   }
   auto store = archive::open_store_for_writing(target.string());
   if (!store) return store.error();
-  if (auto copied = Rebuilder(pages, found, **store, progress).copy(recovery); !copied) return copied.error();
+  if (auto copied = Rebuilder(pages, found, **store, progress).copy(recovery); !copied) {
+    store->reset();
+    for (const char* suffix : {"", "-wal", "-shm"}) fs::remove(target.string() + suffix, ignored);
+    return copied.error();
+  }
   return recovery;
 }
 

@@ -95,7 +95,7 @@ class Writer {
     }
   }
 
-  void put_outcome(const MeasuredTrial& trial, const v1::TrialOutcome& outcome) {
+  void put_outcome(const v1::TrialOutcome& outcome) {
     put(topics::kTrialOutcome, outcome.trial_id(), outcome);
     auto record = *archive::to_record(outcome);
     auto& counts = record.certificate;
@@ -105,7 +105,6 @@ class Writer {
     record.is_certified = counts.missing == 0;
     record.certified_ns = record.is_certified ? recipe_.received_ns : 0;
     batch_.trials.push_back(record);
-    (void)trial;
   }
 
   /// What a service makes of the trials, with the rows as they were measured.
@@ -217,7 +216,7 @@ archive::SessionRecord put_session(archive::Store& store, SessionRecipe recipe) 
     command.program(outcome.program());
     writer.put(topics::kTrialCommand, command.trial_id(), command);
     writer.put_samples(trial);
-    writer.put_outcome(trial, outcome);
+    writer.put_outcome(outcome);
   }
   writer.put_results();
   v1::SessionState state;

@@ -177,6 +177,12 @@ TEST_F(DatasetErrors, NameAnEventThatIsNotAllowed) {
                 "record's 0.002 s");
   EXPECT_EQ(refusal_of(file, "onset\tduration\tvalid\n0\t0.001\tmaybe\n"),
             file + ":2: column 'valid': 'maybe' is not allowed: true, false or n/a is needed");
+  EXPECT_NE(refusal_of(file, "onset\tduration\ttrial_onset_s\n0\t0.001\t0\n")
+                .find(":2: column 'trial_duration_s': 'n/a' is not allowed: both or none are needed"),
+            std::string::npos);
+  EXPECT_NE(refusal_of(file, "onset\tduration\ttrial_onset_s\ttrial_duration_s\n0\t0.001\t0\t9\n")
+                .find(":2: column 'trial_onset_s': '0' is not allowed: a trial that holds the onset"),
+            std::string::npos);
   EXPECT_EQ(refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t1.5\n"),
             file + ":2: column 'trial': '1.5' is not allowed: a whole number is needed");
   EXPECT_EQ(refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t3\n0.001\t0.001\t3\n"),

@@ -50,8 +50,24 @@ class DatasetWriter : public testing::DatasetFolder {
     recording.rows[7] = {{row_time_ns(recording, 7), {}, {}}, true};
     recording.commanded.assign(400, {0.005, 1.0 / 7.0});
     recording.commanded[7] = {};
+    recording.phases.assign(400, 2);
+    recording.phases[7] = 0;  // nothing is known of a missing row
     recording.events = {{0.1, 0.5, 1, 1, 45.0, 0.005, 0.2, {0.7, -0.1}, true, ""},
-                        {0.9, 1.1, 2, 1, 90.0, {}, {}, {0, 0}, false, "early reaction: 0.3 N"}};
+                        {0.9,
+                         1.1,
+                         2,
+                         1,
+                         90.0,
+                         {},
+                         {},
+                         {0, 0},
+                         false,
+                         "early reaction: 0.3 N",
+                         "resist",
+                         1.0 / 3.0,
+                         0.1,
+                         0.5,
+                         1.5}};
     return recording;
   }
 
@@ -105,6 +121,7 @@ class DatasetWriter : public testing::DatasetFolder {
     EXPECT_EQ(a.shoulder.origin, b.shoulder.origin);
     EXPECT_EQ(a.shoulder.angle, b.shoulder.angle);
     EXPECT_EQ(a.commanded, b.commanded);
+    EXPECT_EQ(a.phases, b.phases);
     EXPECT_EQ(a.events, b.events);
     ASSERT_EQ(a.rows.size(), b.rows.size());
     for (std::size_t i = 0; i < a.rows.size(); ++i) {
