@@ -48,6 +48,7 @@ Figure workspace_figure(std::string id, std::string title, std::string caption,
   const bool is_multiple = panels.size() > 1;
   if (is_multiple) {
     figure.width_cm = 12.0 * static_cast<double>(panels.size());
+    figure.height_cm = 11.0;
     figure.script = fmt::format("set multiplot layout 1,{}\n", panels.size());
   }
   for (const auto& [panel_title, plot] : panels) {

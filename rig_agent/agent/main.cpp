@@ -96,6 +96,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
     return std::min(due, health->publish_if_due());
   });
   loop_thread.stop();
+  rig->driver().deactivate();
   return spool->sync();
 }
 

@@ -51,7 +51,8 @@ TEST_P(KilledInMidSession, TheSessionEndsAndTheArchiveHoldsEverySample) {
 }
 
 INSTANTIATE_TEST_SUITE_P(, KilledInMidSession,
-                         ::testing::Values("tonus-identification", "tonus-archive", "tonus-scheduler"),
+                         ::testing::Values("tonus-identification", "tonus-archive", "tonus-scheduler",
+                                           "tonus-rig-agent"),
                          [](const auto& instance) {
                            std::string name = instance.param;
                            std::replace(name.begin(), name.end(), '-', '_');
