@@ -1,6 +1,7 @@
 #pragma once
 
 #include <idl/session.h>
+#include <idl/trial.h>
 
 /// Names of the contract's enumerations, for people.
 namespace tonus::v1 {
@@ -30,6 +31,27 @@ namespace tonus::v1 {
       return "failed";
   }
   return "unknown";
+}
+
+/// "completed", "aborted", "faulted", ...
+[[nodiscard]] inline const char* end_name(TrialEnd end) {
+  switch (end) {
+    case TRIAL_COMPLETED:
+      return "completed";
+    case TRIAL_ABORTED:
+      return "aborted";
+    case TRIAL_FAULTED:
+      return "faulted";
+    case TRIAL_NOT_CENTRED:
+      return "not centred";
+    case TRIAL_BIAS_NOT_REACHED:
+      return "bias not reached";
+    case TRIAL_REFUSED:
+      return "refused";
+    case TRIAL_BROKEN_OFF:
+      return "broken off";
+  }
+  return "unknown end";
 }
 
 }  // namespace tonus::v1

@@ -83,12 +83,7 @@ Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::str
   OperatorEnd& op = **end;
   auto system = System::start(system_options, op.clock());
   if (!system) return system.error();
-  const auto supervise = [&]() -> Result<void> {
-    auto news = system->supervisor().poll();
-    if (!news) return news.error();
-    for (const auto& line : *news) std::fprintf(stderr, "tonus demo: %s\n", line.c_str());
-    return {};
-  };
+  const auto supervise = [&] { return system->supervise("tonus demo"); };
   if (auto complete = op.wait_for_roster(kRosterLimit, supervise); !complete) return complete;
   if (auto ran = run_session(op.client(), run, op.clock(), supervise, [&] { return op.is_interrupted(); });
       !ran) {

@@ -11,20 +11,13 @@ namespace {
 constexpr std::chrono::seconds kRosterLimit{30};
 constexpr char kName[] = "tonus up";
 
-Result<void> supervise(System& system) {
-  auto news = system.supervisor().poll();
-  if (!news) return news.error();
-  for (const auto& line : *news) std::fprintf(stderr, "%s: %s\n", kName, line.c_str());
-  return {};
-}
-
 /// Says where the pages are.
 Result<void> tell_dashboard(OperatorEnd& op, System& system) {
   const auto health = [&op] { return op.client().roster().find(v1::ROLE_DASHBOARD); };
   const auto deadline = op.clock().now() + kRosterLimit;
   while (!op.client().wait_for([&] { return health() && health()->is_ready(); },
                                std::chrono::milliseconds(100), [&op] { return op.is_interrupted(); })) {
-    if (auto kept = supervise(system); !kept) return kept;
+    if (auto kept = system.supervise(kName); !kept) return kept;
     if (op.is_interrupted() || op.clock().now() > deadline)
       return fail(ErrorCode::kTimeout, "dashboard is not there");
   }
@@ -39,7 +32,7 @@ Result<void> up(const SystemOptions& options) {
   const auto begun = op.clock().now();
   auto system = System::start(options, op.clock());
   if (!system) return system.error();
-  if (auto complete = op.wait_for_roster(kRosterLimit, [&] { return supervise(*system); }); !complete)
+  if (auto complete = op.wait_for_roster(kRosterLimit, [&] { return system->supervise(kName); }); !complete)
     return complete;
   std::printf(
       "ready after %.1f s: rig, scheduler, identification, archive in domain %d over %s; data in %s\n",
@@ -52,7 +45,7 @@ Result<void> up(const SystemOptions& options) {
   while (!op.is_interrupted()) {
     (void)op.client().wait_for([] { return false; }, std::chrono::milliseconds(100),
                                [&] { return op.is_interrupted(); });
-    if (auto kept = supervise(*system); !kept) return kept;
+    if (auto kept = system->supervise(kName); !kept) return kept;
   }
   std::printf("stopping\n");
   return {};

@@ -17,33 +17,13 @@ using archive::Session;
 using archive::SessionTrial;
 using nlohmann::json;
 
-const char* end_name(v1::TrialEnd end) {
-  switch (end) {
-    case v1::TRIAL_COMPLETED:
-      return "completed";
-    case v1::TRIAL_ABORTED:
-      return "aborted";
-    case v1::TRIAL_FAULTED:
-      return "faulted";
-    case v1::TRIAL_NOT_CENTRED:
-      return "not centred";
-    case v1::TRIAL_BIAS_NOT_REACHED:
-      return "bias not reached";
-    case v1::TRIAL_REFUSED:
-      return "refused";
-    case v1::TRIAL_BROKEN_OFF:
-      return "broken off";
-  }
-  return "unknown";
-}
-
 std::string verdict_text(const SessionTrial& trial) {
   if (!trial.outcome) return "no outcome yet";
   if (!trial.verdict) return "no verdict yet";
   const auto& verdict = trial.verdict->value;
   if (verdict.is_valid()) return "valid";
-  return "rejected: " +
-         (verdict.detail().empty() ? std::string(end_name(trial.outcome->value.end())) : verdict.detail());
+  return "rejected: " + (verdict.detail().empty() ? std::string(v1::end_name(trial.outcome->value.end()))
+                                                  : verdict.detail());
 }
 
 std::string certificate_text(const archive::Certificate& c) {
@@ -151,7 +131,7 @@ json trial_json(const SessionTrial& trial) {
                    {"amplitude_m", program.amplitude_m()},
                    {"bias_N", program.bias_N()},
                    {"instruction", program.instruction()},
-                   {"end", end_name(outcome.end())},
+                   {"end", v1::end_name(outcome.end())},
                    {"detail", outcome.detail()},
                    {"epoch", outcome.epoch()},
                    {"first_sequence", outcome.first_sequence()},

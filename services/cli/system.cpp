@@ -1,5 +1,6 @@
 #include "services/cli/system.hpp"
 
+#include <cstdio>
 #include <utility>
 
 namespace tonus::cli {
@@ -84,7 +85,8 @@ void add_system_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--driver", o.driver, "hardware of the rig: simulated, replay, library or comedi")
       ->check(CLI::IsMember({"simulated", "replay", "library", "comedi"}))
       ->capture_default_str();
-  app.add_option("--driver-file", o.driver_file, "of the library and comedi drivers")->check(CLI::ExistingFile);
+  app.add_option("--driver-file", o.driver_file, "of the library and comedi drivers")
+      ->check(CLI::ExistingFile);
   app.add_option("--driver-options", o.driver_options, "handed to the library driver");
   app.add_option("--profile", o.profile, "TOML file of the simulated rig and subject")
       ->check(CLI::ExistingFile);
@@ -112,6 +114,13 @@ Result<System> System::start(const SystemOptions& options, const Clock& clock) {
   auto supervisor = Supervisor::start(services(options, *data), *data / "logs", clock);
   if (!supervisor) return supervisor.error();
   return System(std::move(*lock), std::move(*data), std::move(*supervisor));
+}
+
+Result<void> System::supervise(const char* program) {
+  auto news = supervisor_.poll();
+  if (!news) return news.error();
+  for (const auto& line : *news) std::fprintf(stderr, "%s: %s\n", program, line.c_str());
+  return {};
 }
 
 std::filesystem::path default_store(const std::filesystem::path& data) { return data / "archive.sqlite"; }

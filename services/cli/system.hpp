@@ -40,6 +40,9 @@ class System {
  public:
   [[nodiscard]] static Result<System> start(const SystemOptions& options, const Clock& clock);
 
+  /// Starts again what has died, and says so on standard error, a line each after the program's name.
+  [[nodiscard]] Result<void> supervise(const char* program);
+
   [[nodiscard]] Supervisor& supervisor() { return supervisor_; }
   [[nodiscard]] const std::filesystem::path& data() const { return data_; }
 

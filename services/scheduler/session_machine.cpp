@@ -58,7 +58,7 @@ void SessionMachine::settle_in_flight() {
     if (outcome_->end() == v1::TRIAL_FAULTED)
       fault_ = outcome_->detail().empty() ? "not named" : outcome_->detail();
     const bool is_aborted = outcome_->end() == v1::TRIAL_ABORTED;
-    reject(fmt::format("{}: {}", end_name(outcome_->end()), outcome_->detail()), true);
+    reject(fmt::format("{}: {}", v1::end_name(outcome_->end()), outcome_->detail()), true);
     if (is_aborted) decide(record::Requested{kNoId, v1::SESSION_PAUSE});
     return;
   }

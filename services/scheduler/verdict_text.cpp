@@ -35,26 +35,6 @@ const char* reason_name(v1::VerdictReason reason) {
 
 }  // namespace
 
-const char* end_name(v1::TrialEnd end) {
-  switch (end) {
-    case v1::TRIAL_COMPLETED:
-      return "completed";
-    case v1::TRIAL_ABORTED:
-      return "aborted";
-    case v1::TRIAL_FAULTED:
-      return "faulted";
-    case v1::TRIAL_NOT_CENTRED:
-      return "not centred";
-    case v1::TRIAL_BIAS_NOT_REACHED:
-      return "bias not reached";
-    case v1::TRIAL_REFUSED:
-      return "refused";
-    case v1::TRIAL_BROKEN_OFF:
-      return "broken off";
-  }
-  return "unknown end";
-}
-
 std::string verdict_text(const v1::TrialVerdict& verdict) {
   std::string text;
   for (const auto reason : verdict.reasons())

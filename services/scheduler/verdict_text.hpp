@@ -6,9 +6,6 @@
 
 namespace tonus::scheduler {
 
-/// "completed", "aborted", "faulted", "not centred", "bias not reached", "refused", "broken off".
-[[nodiscard]] const char* end_name(v1::TrialEnd end);
-
 /// Why a verdict is not valid, for a person: its reasons and its detail.
 [[nodiscard]] std::string verdict_text(const v1::TrialVerdict& verdict);
 
