@@ -19,6 +19,14 @@ Error refuse(const std::filesystem::path& file, const std::string& text) {
   return fail(ErrorCode::kInvalidArgument, fmt::format("{}: {}", file.string(), text));
 }
 
+bool is_token(std::string_view text) {
+  return text.size() >= kShortestToken && text.size() <= kLongestToken &&
+         std::all_of(text.begin(), text.end(), [](unsigned char c) {
+           return std::isalnum(c) != 0 ||
+                  std::string_view("-._~+/=").find(static_cast<char>(c)) != std::string_view::npos;
+         });
+}
+
 Result<std::vector<std::string>> read_list(const toml::table& table, const char* name,
                                            const std::filesystem::path& file) {
   std::vector<std::string> tokens;
@@ -28,8 +36,8 @@ Result<std::vector<std::string>> read_list(const toml::table& table, const char*
   if (list == nullptr) return refuse(file, fmt::format("{} must be a list of texts", name));
   for (const toml::node& item : *list) {
     const auto text = item.value<std::string>();
-    if (!text || text->size() < kShortestToken || text->size() > kLongestToken) {
-      return refuse(file, fmt::format("token {} of {} must be a text of {} to {} characters",
+    if (!text || !is_token(*text)) {
+      return refuse(file, fmt::format("token {} of {} must be {} to {} letters, digits and any of -._~+/=",
                                       tokens.size() + 1, name, kShortestToken, kLongestToken));
     }
     tokens.push_back(*text);
@@ -142,6 +150,19 @@ bool is_same_secret(std::string_view a, std::string_view b) {
   for (std::size_t i = 0; i < a.size(); ++i)
     difference |= static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]));
   return difference == 0;
+}
+
+std::string cookie_value(std::string_view header, std::string_view name) {
+  while (!header.empty()) {
+    const auto end = std::min(header.find(';'), header.size());
+    std::string_view pair = header.substr(0, end);
+    pair.remove_prefix(std::min(pair.find_first_not_of(' '), pair.size()));
+    const auto equals = pair.find('=');
+    if (equals != std::string_view::npos && pair.substr(0, equals) == name)
+      return std::string(pair.substr(equals + 1));
+    header.remove_prefix(std::min(end + 1, header.size()));
+  }
+  return {};
 }
 
 std::string query_value(std::string_view target, std::string_view name) {

@@ -17,8 +17,8 @@ enum class Role : std::uint8_t { kView, kOperate };
 
 [[nodiscard]] const char* role_name(Role role);
 
-/// Secrets, each of at least 16 characters. Without any, whoever reaches the gateway is an operator; then it
-/// listens to this machine only.
+/// Secrets, each of 16 to 256 letters, digits and any of - . _ ~ + / =. Without any, whoever reaches the
+/// gateway is an operator; then it listens to this machine only.
 struct Tokens {
   std::vector<std::string> view;
   std::vector<std::string> operate;
@@ -66,6 +66,9 @@ class Access {
 
 /// Whether two texts are the same, in a time that depends on their lengths only.
 [[nodiscard]] bool is_same_secret(std::string_view a, std::string_view b);
+
+/// The value of `name` in a header "Cookie"; empty: not there.
+[[nodiscard]] std::string cookie_value(std::string_view header, std::string_view name);
 
 /// The value of `name` in a target's query ("/x?token=abc"), percent signs decoded; empty: not there.
 [[nodiscard]] std::string query_value(std::string_view target, std::string_view name);

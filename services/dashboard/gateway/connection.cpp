@@ -40,8 +40,12 @@ std::string content_policy(const std::string& host) {
       sockets);
 }
 
+/// Reports may show their own pictures; they run nothing.
 constexpr char kReportPolicy[] =
-    "default-src 'none'; img-src 'self' data:; style-src 'unsafe-inline'; sandbox allow-downloads";
+    "default-src 'none'; img-src 'self' data:; style-src 'self' 'unsafe-inline'; "
+    "sandbox allow-same-origin allow-downloads";
+constexpr char kReportCookie[] = "tonus-report";
+constexpr char kReportPath[] = "/reports/";
 
 constexpr char kNoPages[] =
     "<!doctype html><meta charset=utf-8><title>tonus</title><p>This gateway has no pages: it was built "
@@ -102,8 +106,12 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   }
 
   [[nodiscard]] Visit visit() const {
-    return {text_of(request_[http::field::host]), text_of(request_[http::field::origin]),
-            text_of(request_[http::field::authorization]), query_value(target(), "token"), is_tls()};
+    Visit visit{text_of(request_[http::field::host]), text_of(request_[http::field::origin]),
+                text_of(request_[http::field::authorization]), query_value(target(), "token"), is_tls()};
+    // A report's pictures are asked for without the address's token.
+    if (visit.query_token.empty() && path().starts_with(kReportPath))
+      visit.query_token = cookie_value(text_of(request_[http::field::cookie]), kReportCookie);
+    return visit;
   }
 
   [[nodiscard]] std::string target() const { return text_of(request_.target()); }
@@ -117,7 +125,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       return respond(http::status::method_not_allowed, "application/json", error_body("GET is needed"));
     const bool is_upgrade = beast::websocket::is_upgrade(request_);
     const auto where = path();
-    const bool is_guarded = is_upgrade || where.starts_with("/reports/") ||
+    const bool is_guarded = is_upgrade || where.starts_with(kReportPath) ||
                             (where.starts_with("/api/") && where != "/api/gateway");
     if (!is_guarded) return where == "/api/gateway" ? give_info() : give_page(where);
     const auto admitted = core_.access.admit(visit());
@@ -167,7 +175,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       auto answer = std::make_shared<ApiAnswer>(answer_api(self->core_.options.folders, where, topic));
       asio::post(self->core_.io, [self, where, answer] {
         --self->core_.reading_jobs;
-        self->is_report_ = where.starts_with("/reports/");
+        self->is_report_ = where.starts_with(kReportPath);
         self->respond(static_cast<http::status>(answer->status), answer->type, std::move(answer->body));
       });
     });
@@ -182,6 +190,11 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     response_.set("Referrer-Policy", "no-referrer");
     response_.set("Content-Security-Policy",
                   is_report_ ? kReportPolicy : content_policy(text_of(request_[http::field::host])));
+    if (const auto token = query_value(target(), "token"); is_report_ && !token.empty()) {
+      response_.set(http::field::set_cookie,
+                    fmt::format("{}={}; Path={}; HttpOnly; SameSite=Strict{}", kReportCookie, token,
+                                kReportPath, is_tls() ? "; Secure" : ""));
+    }
     if (status == http::status::unauthorized) response_.set(http::field::www_authenticate, "Bearer");
     is_kept_ = false;
     is_report_ = false;

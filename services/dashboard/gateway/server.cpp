@@ -3,6 +3,7 @@
 #include <boost/asio/post.hpp>
 #include <charconv>
 #include <spdlog/spdlog.h>
+#include <sys/resource.h>
 
 #include "services/dashboard/gateway/server_core.hpp"
 
@@ -15,6 +16,7 @@ using boost::system::error_code;
 
 constexpr std::chrono::seconds kStatusPeriod{1};
 constexpr std::chrono::milliseconds kAcceptAgain{100};
+constexpr int kNiceness = 5;
 constexpr int kSendBufferBytes = 256 * 1024;  // what is in it is old when it arrives
 
 Error cannot(const ListenAddress& listen, const std::string& why) {
@@ -137,7 +139,12 @@ void Server::start(Inbox& inbox, WantsChanged wants_changed) {
   accept_next(*core_);
   publish_status(*core_);
   wake();
-  thread_ = std::thread([this] { core_->io.run(); });
+  thread_ = std::thread([this] {
+    // On Linux it is this thread's own: sending to many clients yields to identification and the rig, where
+    // they share processors. A refusal changes nothing else.
+    (void)setpriority(PRIO_PROCESS, 0, kNiceness);
+    core_->io.run();
+  });
 }
 
 void Server::wake() {

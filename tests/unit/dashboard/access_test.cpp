@@ -80,6 +80,13 @@ TEST(Access, QueryValuesAreDecoded) {
   EXPECT_EQ(query_value("/?token=%4", "token"), "%4");
 }
 
+TEST(Access, CookiesAreFoundByName) {
+  EXPECT_EQ(cookie_value("a=1; tonus-report=xyz; b=2", "tonus-report"), "xyz");
+  EXPECT_EQ(cookie_value("tonus-report=x=y", "tonus-report"), "x=y");
+  EXPECT_EQ(cookie_value("xtonus-report=1; ;", "tonus-report"), "");
+  EXPECT_EQ(cookie_value("", "tonus-report"), "");
+}
+
 class TokenFile : public ::testing::Test {
  protected:
   std::filesystem::path write(const std::string& text, std::filesystem::perms mode) {
@@ -112,6 +119,10 @@ TEST_F(TokenFile, WithAShortTokenIsRefusedWithoutRepeatingIt) {
   ASSERT_FALSE(tokens);
   EXPECT_THAT(tokens.error().message, HasSubstr("token 1 of view"));
   EXPECT_THAT(tokens.error().message, Not(HasSubstr("short-secret")));
+}
+
+TEST_F(TokenFile, WithATokenThatAHeaderCannotCarryIsRefused) {
+  EXPECT_FALSE(load_tokens(write("view = ['0123456789; 0123456789']", kOwnerOnly)));
 }
 
 TEST_F(TokenFile, WithoutTokensOrWithUnknownKeysOrNoTomlIsRefused) {

@@ -19,6 +19,7 @@ template <typename Fields>
 void set(Fields& fields, const Headers& headers) {
   if (!headers.origin.empty()) fields.set(http::field::origin, headers.origin);
   if (!headers.authorization.empty()) fields.set(http::field::authorization, headers.authorization);
+  if (!headers.cookie.empty()) fields.set(http::field::cookie, headers.cookie);
 }
 
 ServerOptions on_free_port(ServerOptions options) {

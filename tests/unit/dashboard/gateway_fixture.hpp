@@ -54,6 +54,7 @@ struct Headers {
   std::string host{};  ///< Empty: localhost and the port.
   std::string origin{};
   std::string authorization{};
+  std::string cookie{};
   std::string subprotocol = kSubprotocol;
 };
 

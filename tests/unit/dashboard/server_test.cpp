@@ -74,6 +74,16 @@ TEST(Server, ArchiveAndReportsWantATokenAsTheWebSocketDoes) {
   EXPECT_EQ(get(gateway.port(), {.target = "/api/gateway"}).first, 200);
 }
 
+TEST(Server, AReportsPicturesAreGivenToWhoHasOpenedTheReport) {
+  Gateway gateway(with_tokens());
+  const auto status = [&](const std::string& target, const std::string& cookie) {
+    return get(gateway.port(), {.target = target, .cookie = "tonus-report=" + cookie}).first;
+  };
+  EXPECT_EQ(status("/reports/a.svg", kViewToken), 404) << "let in; there is no report";
+  EXPECT_EQ(status("/reports/a.svg", "wrong"), 401);
+  EXPECT_EQ(status("/api/sessions", kViewToken), 401) << "the cookie is for reports only";
+}
+
 TEST(Server, WithoutTokensAHostNameOfElsewhereIsRefused) {
   Gateway gateway;
   EXPECT_EQ(get(gateway.port(), {.target = "/api/sessions", .host = "evil.example"}).first, 403);
