@@ -87,7 +87,9 @@ Result<void> PostgresServer::restart() {
   fs::remove(data() / "postmaster.pid");
   const auto words =
       as_other_user({(programs_ / "postgres").string(), "-D", data().string(), "-k", folder_.path().string(),
-                     "-c", "listen_addresses=", "-c", "shared_buffers=16MB", "-c", "max_connections=20"});
+                     "-c", "listen_addresses=", "-c", "shared_buffers=16MB", "-c", "max_connections=20",
+                     // In the server's folder, which goes away with it, also when it is killed.
+                     "-c", "dynamic_shared_memory_type=mmap"});
   process_ = std::make_unique<Process>(words[0], std::vector<std::string>{words.begin() + 1, words.end()},
                                        folder_ / "server.log");
   if (process_->wait_for_output("ready to accept connections", kPatience)) return {};
