@@ -188,24 +188,14 @@ void add_constrained(Table& table, const Study& study) {
           change.text(" %", 1));
 }
 
-std::optional<impedance::HypothesisFit> fit_of(const Subject& subject, Hypothesis hypothesis) {
-  const auto postures = subject.postures(Method::kStateVariable);
-  if (postures.empty()) return std::nullopt;
-  const auto joints = impedance::joint_matrices(postures, subject.links);
-  if (!joints) return std::nullopt;
-  auto fit = impedance::fit_hypothesis(*joints, hypothesis);
-  if (!fit) return std::nullopt;
-  return std::move(*fit);
-}
-
 void add_joint_space(Table& table, const Study& study) {
   Spread one;
   Spread three;
   Share smallest;
   Share better;
   for (const Subject& subject : study.subjects) {
-    const auto ss = fit_of(subject, Hypothesis::kSS);
-    const auto ms = fit_of(subject, Hypothesis::kMS);
+    const auto ss = subject.fit(Hypothesis::kSS);
+    const auto ms = subject.fit(Hypothesis::kMS);
     if (!ss || !ms) continue;
     one.add(100.0 * ss->error);
     three.add(100.0 * ms->error);

@@ -38,6 +38,16 @@ Result<Chosen> choose(archive::Store& store, const std::vector<archive::SessionR
   return chosen;
 }
 
+std::optional<impedance::HypothesisFit> fit_to(const std::vector<impedance::PostureImpedance>& postures,
+                                               const TwoLink& links, impedance::Hypothesis hypothesis) {
+  if (postures.empty()) return std::nullopt;
+  const auto joints = impedance::joint_matrices(postures, links);
+  if (!joints) return std::nullopt;
+  auto fitted = impedance::fit_hypothesis(*joints, hypothesis);
+  if (!fitted) return std::nullopt;
+  return std::move(*fitted);
+}
+
 }  // namespace
 
 impedance::CartesianImpedance truth_at(const plant::SubjectProfile& subject,
@@ -65,6 +75,14 @@ std::vector<impedance::PostureImpedance> Subject::true_postures() const {
     all.push_back({position, truth_at(*truth, position)});
   }
   return all;
+}
+
+std::optional<impedance::HypothesisFit> Subject::fit(impedance::Hypothesis hypothesis) const {
+  return fit_to(postures(impedance::Method::kStateVariable), links, hypothesis);
+}
+
+std::optional<impedance::HypothesisFit> Subject::true_fit(impedance::Hypothesis hypothesis) const {
+  return fit_to(true_postures(), links, hypothesis);
 }
 
 Result<impedance::LinkMasses> Subject::link_masses(impedance::Method method) const {

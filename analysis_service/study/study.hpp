@@ -29,6 +29,11 @@ struct Subject {
   [[nodiscard]] std::vector<impedance::PostureImpedance> postures(impedance::Method method) const;
   /// The true ones, at the same places; empty without a truth.
   [[nodiscard]] std::vector<impedance::PostureImpedance> true_postures() const;
+  /// How joint damping follows stiffness (Tables III, IV), by state-variable filtering; none where it cannot
+  /// be fitted.
+  [[nodiscard]] std::optional<impedance::HypothesisFit> fit(impedance::Hypothesis hypothesis) const;
+  /// The same of the true matrices.
+  [[nodiscard]] std::optional<impedance::HypothesisFit> true_fit(impedance::Hypothesis hypothesis) const;
   /// Link masses that the identified mass matrices imply (Table I); the posture called "proximal" is left
   /// out, as published.
   [[nodiscard]] Result<impedance::LinkMasses> link_masses(impedance::Method method) const;

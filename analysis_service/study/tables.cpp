@@ -20,26 +20,6 @@ std::string with_sd(double value, double sd, int digits) {
   return fmt::format("{:.{}f} ± {:.{}f}", value, digits, sd, digits);
 }
 
-/// Fits a hypothesis to a subject's postures; none where that cannot be done.
-std::optional<impedance::HypothesisFit> fit(const Subject& subject,
-                                            const std::vector<impedance::PostureImpedance>& postures,
-                                            Hypothesis hypothesis) {
-  if (postures.empty()) return std::nullopt;
-  const auto joints = impedance::joint_matrices(postures, subject.links);
-  if (!joints) return std::nullopt;
-  auto fitted = impedance::fit_hypothesis(*joints, hypothesis);
-  if (!fitted) return std::nullopt;
-  return std::move(*fitted);
-}
-
-std::optional<impedance::HypothesisFit> fit(const Subject& subject, Hypothesis hypothesis) {
-  return fit(subject, subject.postures(Method::kStateVariable), hypothesis);
-}
-
-std::optional<impedance::HypothesisFit> true_fit(const Subject& subject, Hypothesis hypothesis) {
-  return fit(subject, subject.true_postures(), hypothesis);
-}
-
 std::string constants_text(const std::optional<impedance::HypothesisFit>& fit) {
   if (!fit) return kNone;
   std::string text;
@@ -90,8 +70,8 @@ struct Within {
 };
 
 void add_constants(Within& within, const Subject& subject, Hypothesis hypothesis, double spread) {
-  const auto found = fit(subject, hypothesis);
-  const auto truth = true_fit(subject, hypothesis);
+  const auto found = subject.fit(hypothesis);
+  const auto truth = subject.true_fit(hypothesis);
   if (!found || !truth) return;
   for (Eigen::Index i = 0; i < found->constants.size(); ++i) {
     within.add(subject.name + " " + std::string(impedance::name_of(hypothesis)), found->constants[i],
@@ -215,19 +195,12 @@ Table table_three(const Study& study) {
   for (std::size_t s = 0; s < study.subjects.size(); ++s) {
     const Subject& subject = study.subjects[s];
     if (!subject.unloaded) continue;
-    const auto ss = fit(subject, Hypothesis::kSS);
-    const auto sd = fit(subject, Hypothesis::kSD);
-    std::vector<std::string> row{subject.name,
-                                 constants_text(ss),
-                                 kNone,
-                                 true_text(true_fit(subject, Hypothesis::kSS)),
-                                 error_text(ss),
-                                 kNone,
-                                 constants_text(sd),
-                                 kNone,
-                                 true_text(true_fit(subject, Hypothesis::kSD)),
-                                 error_text(sd),
-                                 kNone};
+    const auto ss = subject.fit(Hypothesis::kSS);
+    const auto sd = subject.fit(Hypothesis::kSD);
+    std::vector<std::string> row{
+        subject.name, constants_text(ss), kNone, true_text(subject.true_fit(Hypothesis::kSS)), error_text(ss),
+        kNone,        constants_text(sd), kNone, true_text(subject.true_fit(Hypothesis::kSD)), error_text(sd),
+        kNone};
     if (s < published::kTableThree.size()) {
       const auto& printed = published::kTableThree[s];
       row[2] = with_sd(printed.tau.value, printed.tau.sd, 3);
@@ -251,19 +224,12 @@ Table table_four(const Study& study) {
   for (std::size_t s = 0; s < study.subjects.size(); ++s) {
     const Subject& subject = study.subjects[s];
     if (!subject.unloaded) continue;
-    const auto ms = fit(subject, Hypothesis::kMS);
-    const auto md = fit(subject, Hypothesis::kMD);
-    std::vector<std::string> row{subject.name,
-                                 constants_text(ms),
-                                 kNone,
-                                 true_text(true_fit(subject, Hypothesis::kMS)),
-                                 error_text(ms),
-                                 kNone,
-                                 constants_text(md),
-                                 kNone,
-                                 true_text(true_fit(subject, Hypothesis::kMD)),
-                                 error_text(md),
-                                 kNone};
+    const auto ms = subject.fit(Hypothesis::kMS);
+    const auto md = subject.fit(Hypothesis::kMD);
+    std::vector<std::string> row{
+        subject.name, constants_text(ms), kNone, true_text(subject.true_fit(Hypothesis::kMS)), error_text(ms),
+        kNone,        constants_text(md), kNone, true_text(subject.true_fit(Hypothesis::kMD)), error_text(md),
+        kNone};
     if (s < published::kTableFour.size()) {
       const auto& printed = published::kTableFour[s];
       row[2] = fmt::format("{:.3f}, {:.3f}, {:.3f}", printed.tau[0], printed.tau[1], printed.tau[2]);

@@ -42,8 +42,8 @@ class Process {
 /// The only child of `parent` whose program has this name, 0 if there is none now.
 [[nodiscard]] pid_t child_named(pid_t parent, const std::string& program);
 
-/// Where the build put the programs of the system (or the folder that the environment's TONUS_PROGRAMS names),
-/// and the protocols and profiles of the source tree.
+/// Where the build put the programs of the system (or the folder that the environment's TONUS_PROGRAMS
+/// names), and the protocols and profiles of the source tree.
 [[nodiscard]] std::filesystem::path program(const std::string& name);
 [[nodiscard]] std::filesystem::path source_file(const std::string& path);
 
