@@ -62,12 +62,14 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
   trials.reserve(page.valid.size());
   for (const auto& [attempt, entry] : page.valid) trials.push_back(entry.trial);
 
-  for (const impedance::Options& options : settings_.analyses) {
+  auto all_identified = impedance::identify_each(trials, settings_.analyses);
+  for (std::size_t i = 0; i < all_identified.size(); ++i) {
+    const impedance::Options& options = settings_.analyses[i];
+    auto& identified = all_identified[i];
     ConditionEstimate estimate;
     estimate.condition = found->first;
     estimate.options = options;
     estimate.invalid_trials = static_cast<std::uint32_t>(page.invalid.size());
-    auto identified = impedance::identify(trials, options);
     if (identified) {
       estimate.estimate = std::move(*identified);
     } else {

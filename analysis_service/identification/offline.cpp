@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <optional>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
@@ -62,9 +63,11 @@ std::string defect_of(const recording::Recording& record, const recording::Pertu
   return {};
 }
 
-/// Every analysis of one recording.
-std::vector<OfflineEstimate> identify_recording(const recording::Recording& record, std::uint32_t index,
-                                                const std::vector<impedance::Options>& analyses) {
+/// Every analysis of one recording, the `index`th of its dataset.
+Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recording& record, std::size_t index,
+                                                        const std::vector<impedance::Options>& analyses) {
+  if (auto good = validate(record.rig); !good)
+    return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
   OfflineEstimate owner;
   owner.participant = record.participant.id;
   owner.session = record.session;
@@ -73,7 +76,7 @@ std::vector<OfflineEstimate> identify_recording(const recording::Recording& reco
   for (const auto& event : record.events) {
     const recording::Stretch stretch = recording::stretch_of(record, event);
     const auto rows = rows_of(record, stretch);
-    const TrialReport report = report_of(record, event, stretch, index);
+    const TrialReport report = report_of(record, event, stretch, static_cast<std::uint32_t>(index));
     if (auto why = defect_of(record, event, rows); !why.empty()) {
       book.leave_out(report, std::move(why));
       continue;
@@ -88,25 +91,44 @@ std::vector<OfflineEstimate> identify_recording(const recording::Recording& reco
   return book.identify({record.displacement_unit, record.force_unit}, axes_of(record.rig));
 }
 
+using Estimates = Result<std::vector<OfflineEstimate>>;
+
+/// identify(i) for every i, on all processors, in order; or the first error in that order.
+template <typename Identify>
+Estimates identify_each(std::size_t count, const Identify& identify) {
+  std::vector<std::optional<Estimates>> found(count);
+  for_each_in_parallel(count, [&](std::size_t i) { found[i] = identify(i); });
+  std::vector<OfflineEstimate> all;
+  for (auto& of_one : found) {
+    if (!*of_one) return of_one->error();
+    std::move((*of_one)->begin(), (*of_one)->end(), std::back_inserter(all));
+  }
+  return all;
+}
+
 }  // namespace
 
 Result<std::vector<OfflineEstimate>> identify_recordings(std::span<const recording::Recording> recordings,
                                                          const std::vector<impedance::Options>& analyses) {
-  for (const auto& record : recordings) {
-    if (auto good = validate(record.rig); !good) {
-      return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
+  return identify_each(recordings.size(),
+                       [&](std::size_t i) { return identify_recording(recordings[i], i, analyses); });
+}
+
+Result<std::vector<OfflineEstimate>> identify_dataset(const recording::Dataset& dataset,
+                                                      const std::vector<impedance::Options>& analyses,
+                                                      std::optional<int> force_sign) {
+  return identify_each(dataset.runs(), [&](std::size_t i) -> Estimates {
+    auto record = dataset.read(i);
+    if (!record) return record.error();
+    for (const auto& options : analyses) {
+      if (auto valid = impedance::validate(options, 1.0 / record->sampling_frequency); !valid)
+        return valid.error();
     }
-  }
-  std::vector<std::vector<OfflineEstimate>> found(recordings.size());
-  for_each_in_parallel(recordings.size(), [&](std::size_t i) {
-    found[i] = identify_recording(recordings[i], static_cast<std::uint32_t>(i), analyses);
+    if (force_sign) {
+      if (auto stated = recording::state_force_sign(*record, *force_sign); !stated) return stated.error();
+    }
+    return identify_recording(*record, i, analyses);
   });
-  std::vector<OfflineEstimate> estimates;
-  for (auto& of_one : found) {
-    estimates.insert(estimates.end(), std::make_move_iterator(of_one.begin()),
-                     std::make_move_iterator(of_one.end()));
-  }
-  return estimates;
 }
 
 }  // namespace tonus::identification

@@ -1,11 +1,13 @@
 #pragma once
 
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
 
 #include "analysis_service/impedance/options.hpp"
 #include "services/core/result.hpp"
+#include "services/recording/dataset.hpp"
 #include "services/recording/recording.hpp"
 
 #include <idl/estimate.h>
@@ -36,5 +38,13 @@ struct OfflineEstimate {
 /// converted with.
 [[nodiscard]] Result<std::vector<OfflineEstimate>> identify_recordings(
     std::span<const recording::Recording> recordings, const std::vector<impedance::Options>& analyses);
+
+/// The same for every recording of a dataset, each of which is read when its turn comes: no more of them than
+/// there are processors are in memory. `force_sign`, where given, is stated for every one
+/// (recording::state_force_sign). Besides: errors of reading, and options that a recording's sample rate does
+/// not allow.
+[[nodiscard]] Result<std::vector<OfflineEstimate>> identify_dataset(
+    const recording::Dataset& dataset, const std::vector<impedance::Options>& analyses,
+    std::optional<int> force_sign = {});
 
 }  // namespace tonus::identification

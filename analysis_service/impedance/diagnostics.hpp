@@ -20,23 +20,19 @@ struct Diagnosis {
 /// Limits of the diagnosis; each stands well apart from what sound data give (tests/unit/impedance).
 inline constexpr double kDirectionSpread =
     0.10;  ///< Minor over major axis of the displacements: less is one line.
-inline constexpr double kForceSpread = 0.03;      ///< Minor over major axis of the force: less is one signal.
-inline constexpr double kLagScanned = 0.060;      ///< s, to both sides.
-inline constexpr double kLagTolerated = 0.0175;   ///< s.
-inline constexpr double kLagResidualRatio = 2.0;  ///< Residual without shift over residual at the best shift.
-inline constexpr double kFlatDuration = 0.025;    ///< s that a channel stands at its extreme: clipped.
+inline constexpr double kForceSpread = 0.03;    ///< Minor over major axis of the force: less is one signal.
+inline constexpr double kFlatDuration = 0.025;  ///< s that a channel stands at its extreme: clipped.
 
 /// Examines the trials of one condition; all have the same axes and sample period, and step trials last for
 /// `options.window` s from the onset.
 ///
 /// Direction: axes ratio of the trials' mean commanded displacements (measured ones where the command is not
 /// known); of the whole scatter in continuous records.
-/// Collinear force and shifted force are judged on the condition's mean response: the trials' signals are
-/// regressed, time by time, on the trials' mean displacements, which averages sensor noise and voluntary
-/// force over trials. The shift is that of the force against the displacement that leaves the least residual
-/// of model (3), behind a filter (8) of twice the motion's `frequency` (Hz, as tuned) and damping ratio 0.7;
-/// continuous records are not examined for it (reflexes delay their force). Clipped: a trial marked so, or a
-/// channel that stands still at its extreme.
+/// Collinear force and shifted force are judged on the condition's mean response (condition_response.hpp),
+/// which averages sensor noise and voluntary force over trials, behind a filter (8) of twice the motion's
+/// `frequency` (Hz, as tuned) and damping ratio 0.7; the shift by force_lag.hpp. Continuous records are not
+/// examined for it (reflexes delay their force). Clipped: a trial marked so, or a channel that stands still
+/// at its extreme.
 [[nodiscard]] Diagnosis diagnose(std::span<const Trial* const> trials, const Options& options,
                                  double frequency);
 

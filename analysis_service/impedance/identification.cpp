@@ -104,7 +104,11 @@ std::vector<ConvergencePoint> trace_of(const TrialPointers& trials, const std::v
   std::vector<ConvergencePoint> trace;
   RecursiveLeastSquares<kSize, kAxes> factor;
   for (Eigen::Index k = 0; k < rows; ++k) {
-    for (std::size_t g = 0; g < trials.size(); ++g) add_row(signals[g], trials[g]->onset + k, factor);
+    const auto row_of_trial = [&](Eigen::Index g) {
+      const auto i = static_cast<std::size_t>(g);
+      return model_row<kSize, kAxes>(signals[i], trials[i]->onset + k);
+    };
+    add_rows(static_cast<Eigen::Index>(trials.size()), row_of_trial, factor);
     if (!(condition_bound<kSize>(factor.R()) * rank_margin < 1.0)) continue;
     const double end_time = static_cast<double>(k + 1) * trials.front()->sample_period;
     trace.push_back({end_time, parameters_from(solve(factor), kAxes)});
@@ -131,9 +135,22 @@ std::optional<Reason> fit(const TrialPointers& trials, const Options& options, E
   return std::nullopt;
 }
 
-}  // namespace
+/// What every method and model finds in the same trials.
+struct Examination {
+  double window = 0.0;  ///< s; with `block`, what it depends on.
+  double block = 0.0;   ///< s.
+  double frequency = 0.0;
+  Diagnosis diagnosis;
+};
 
-Result<Estimate> identify(std::span<const Trial> given, const Options& options) {
+Examination examine(const TrialPointers& trials, const Options& options) {
+  const double frequency = tuned_natural_frequency(trials, options.window, options.block);
+  return {options.window, options.block, frequency, diagnose(trials, options, frequency)};
+}
+
+/// `known`: the examination of these trials by an analysis before; filled where it is none or another's.
+Result<Estimate> identify_one(std::span<const Trial> given, const Options& options,
+                              std::optional<Examination>& known) {
   Estimate estimate;
   estimate.method = options.method;
   estimate.model = options.model;
@@ -155,22 +172,37 @@ Result<Estimate> identify(std::span<const Trial> given, const Options& options) 
     return estimate;
   }
 
-  const double frequency = tuned_natural_frequency(trials, options.window, options.block);
-  const Diagnosis diagnosis = diagnose(trials, options, frequency);
-  estimate.force_lag = diagnosis.force_lag;
+  if (!known || known->window != options.window || known->block != options.block)
+    known = examine(trials, options);
+  estimate.force_lag = known->diagnosis.force_lag;
   std::optional<Reason> failure;
   if (options.method == Method::kStateVariable) {
-    estimate.natural_frequency = options.natural_frequency.value_or(frequency);
+    estimate.natural_frequency = options.natural_frequency.value_or(known->frequency);
     if (estimate.natural_frequency <= 0.0) failure = Reason::kRankDeficient;
   }
-  if (diagnosis.is_single_direction) failure = Reason::kSingleDirection;
+  if (known->diagnosis.is_single_direction) failure = Reason::kSingleDirection;
   if (!failure) {
     failure = with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
       return fit<kSize, kAxes>(trials, options, rows, estimate);
     });
   }
-  conclude(estimate, failure, diagnosis);
+  conclude(estimate, failure, known->diagnosis);
   return estimate;
+}
+
+}  // namespace
+
+Result<Estimate> identify(std::span<const Trial> trials, const Options& options) {
+  std::optional<Examination> none;
+  return identify_one(trials, options, none);
+}
+
+std::vector<Result<Estimate>> identify_each(std::span<const Trial> trials,
+                                            std::span<const Options> analyses) {
+  std::vector<Result<Estimate>> estimates;
+  std::optional<Examination> known;
+  for (const Options& options : analyses) estimates.push_back(identify_one(trials, options, known));
+  return estimates;
 }
 
 }  // namespace tonus::impedance

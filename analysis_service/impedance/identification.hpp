@@ -110,4 +110,9 @@ struct Estimate {
 /// Pure, thread-safe, allocates.
 [[nodiscard]] Result<Estimate> identify(std::span<const Trial> trials, const Options& options);
 
+/// identify() by several methods and models, in their order: the same numbers, but what they share (tuning,
+/// diagnosis) is found once.
+[[nodiscard]] std::vector<Result<Estimate>> identify_each(std::span<const Trial> trials,
+                                                          std::span<const Options> analyses);
+
 }  // namespace tonus::impedance

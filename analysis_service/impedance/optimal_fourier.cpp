@@ -41,34 +41,49 @@ Eigen::ArrayXd penalties(Eigen::Index count, double duration, int p) {
   return power;
 }
 
-/// V(mu) and half the slope of ln V over ln mu, with s_k = 1 - g_k = w/(1+w), w = mu penalty. Infinite where
-/// the series keeps so much that rho sum g_k is n or more.
-struct CrossValidation {
-  double value = std::numeric_limits<double>::infinity();
-  double slope = -1.0;
-};
+/// V(mu) of generalised cross-validation with the degrees of freedom weighed by `cost` (rho):
+///
+///     V = sum s_k^2 b_k^2 / (n - rho sum g_k)^2,   g_k = 1 / (1 + w_k), s_k = w_k g_k, w_k = mu penalty_k,
+///
+/// n the number of coefficients. Infinite where the series keeps so much that rho sum g_k is n or more.
+class CrossValidation {
+ public:
+  CrossValidation(const Eigen::VectorXd& b, double duration, int p, double cost)
+      : b_squared_(b.array().square()), penalty_(penalties(b.size(), duration, p)), cost_(cost) {}
 
-CrossValidation cross_validate(const Eigen::ArrayXd& b_squared, const Eigen::ArrayXd& penalty, double mu,
-                               double cost) {
-  double kept = 0.0;         // sum g
-  double lost = 0.0;         // sum s^2 b^2
-  double kept_change = 0.0;  // sum ds / d ln mu, ds / d ln mu = s g
-  double lost_change = 0.0;  // half of d lost / d ln mu
-  for (Eigen::Index k = 0; k < penalty.size(); ++k) {
-    const double g = 1.0 / (1.0 + mu * penalty[k]);
-    const double s = mu * penalty[k] * g;
-    const double loss = s * s * b_squared[k];
-    kept += g;
-    lost += loss;
-    kept_change += s * g;
-    lost_change += loss * g;
+  [[nodiscard]] const Eigen::ArrayXd& penalty() const { return penalty_; }
+
+  [[nodiscard]] double value(double mu) {
+    weigh(mu);
+    if (!(freedom_ > 0.0)) return std::numeric_limits<double>::infinity();
+    return (s_.square() * b_squared_).sum() / (freedom_ * freedom_);
   }
-  const auto n = static_cast<double>(penalty.size());
-  const double freedom = n - cost * kept;
-  if (!(freedom > 0.0)) return {};
-  if (lost == 0.0) return {0.0, 0.0};
-  return {lost / (freedom * freedom), lost_change / lost - cost * kept_change / freedom};
-}
+
+  /// Half of d ln V / d ln mu; ds / d ln mu = s g.
+  [[nodiscard]] double slope(double mu) {
+    weigh(mu);
+    if (!(freedom_ > 0.0)) return -1.0;
+    loss_ = s_.square() * b_squared_;
+    const double lost = loss_.sum();
+    if (lost == 0.0) return 0.0;
+    return (loss_ * g_).sum() / lost - cost_ * (s_ * g_).sum() / freedom_;
+  }
+
+ private:
+  void weigh(double mu) {
+    g_ = (1.0 + mu * penalty_).inverse();
+    s_ = mu * penalty_ * g_;
+    freedom_ = static_cast<double>(penalty_.size()) - cost_ * g_.sum();
+  }
+
+  Eigen::ArrayXd b_squared_;
+  Eigen::ArrayXd penalty_;
+  double cost_;
+  Eigen::ArrayXd g_;
+  Eigen::ArrayXd s_;
+  Eigen::ArrayXd loss_;
+  double freedom_ = 0.0;
+};
 
 /// Root of a rising slope between low and high by false position, the kept end's value halved where it stays
 /// (Illinois rule); `middle` where the slope has no sign change there.
@@ -127,8 +142,8 @@ Eigen::VectorXd sine_coefficients(const Eigen::VectorXd& x) {
 
 double regularisation(const Eigen::VectorXd& b, double duration, int p, double cost) {
   constexpr int kGridPoints = 30;
-  const Eigen::ArrayXd penalty = penalties(b.size(), duration, p);
-  const Eigen::ArrayXd b_squared = b.array().square();
+  CrossValidation validation(b, duration, p, cost);
+  const Eigen::ArrayXd& penalty = validation.penalty();
   // The harmonic that is halved runs from 0.5 to four times the highest one.
   const double log_low = -std::log(penalty[penalty.size() - 1]) - 2.0 * p * std::log(4.0);
   const double log_high = -std::log(penalty[0]) + 2.0 * p * std::log(2.0);
@@ -136,15 +151,13 @@ double regularisation(const Eigen::VectorXd& b, double duration, int p, double c
   int best = 0;
   double best_value = std::numeric_limits<double>::infinity();
   for (int i = 0; i < kGridPoints; ++i) {
-    const double value = cross_validate(b_squared, penalty, std::exp(log_low + step * i), cost).value;
+    const double value = validation.value(std::exp(log_low + step * i));
     if (value < best_value) {
       best_value = value;
       best = i;
     }
   }
-  const auto slope_at = [&](double log_mu) {
-    return cross_validate(b_squared, penalty, std::exp(log_mu), cost).slope;
-  };
+  const auto slope_at = [&](double log_mu) { return validation.slope(std::exp(log_mu)); };
   return std::exp(root_between(log_low + step * std::max(best - 1, 0), log_low + step * best,
                                log_low + step * std::min(best + 1, kGridPoints - 1), slope_at));
 }

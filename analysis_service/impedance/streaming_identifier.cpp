@@ -147,6 +147,7 @@ class StreamingIdentifier::SizedCore final : public Core {
   void start_moving() override {
     row_ = 0;
     factor_ = Factor();
+    pending_.setZero();
     x_filter_ = f_filter_ = StateVariableFilter<kAxes>(step_);
     p_mean_ = f_tare_ = f_rest_ = Values::Zero();
     const auto rest = std::span(samples_).first(onset_);
@@ -167,17 +168,19 @@ class StreamingIdentifier::SizedCore final : public Core {
   void take(const EndpointSample& sample) override {
     filter(sample);
     if (row_ >= window_rows_) return;
-    ++row_;
-    Eigen::Matrix<double, kRegressors, 1> phi;
+    auto row = pending_.row(row_ % Factor::kBlockRows);
     const Values x2 = x_filter_.acceleration();
-    if constexpr (kRegressors == 3 * kAxes + 1) {
-      phi << x2.matrix(), x_filter_.rate().matrix(), x_filter_.value().matrix(), 1.0;
-    } else {
-      phi << x2.matrix(), x_filter_.value().matrix(), 1.0;
-    }
     Values force = f_filter_.value() + f_rest_;
     if (preparation_.handle_mass > 0.0) force -= preparation_.handle_mass * x2;
-    factor_.update(phi, force.matrix());
+    const auto as_row = [](const Values& values) { return values.matrix().transpose().eval(); };
+    if constexpr (kRegressors == 3 * kAxes + 1) {
+      row << as_row(x2), as_row(x_filter_.rate()), as_row(x_filter_.value()), 1.0, as_row(force);
+    } else {
+      row << as_row(x2), as_row(x_filter_.value()), 1.0, as_row(force);
+    }
+    if (++row_ % Factor::kBlockRows != 0) return;
+    factor_.update(pending_, Factor::kBlockRows);
+    pending_.setZero();
   }
 
   void refit() override {
@@ -198,7 +201,10 @@ class StreamingIdentifier::SizedCore final : public Core {
     estimate.force_lag = diagnosis_.force_lag;
     for (const Trial* trial : usable()) estimate.trials_used.push_back(trial->number);
     std::vector<Factor> units = units_;
-    if (phase_ == Phase::kMoving && row_ > 0) units.push_back(factor_);
+    if (phase_ == Phase::kMoving && row_ > 0) {
+      units.push_back(factor_);
+      units.back().update(pending_, row_ % Factor::kBlockRows);
+    }
     std::optional<Reason> failure = fit_pooled(units, options_.rank_margin, estimate);
     if (diagnosis_.is_single_direction) failure = Reason::kSingleDirection;
     conclude(estimate, failure, diagnosis_);
@@ -227,7 +233,8 @@ class StreamingIdentifier::SizedCore final : public Core {
   Values p_mean_ = Values::Zero();
   Values f_tare_ = Values::Zero();
   Values f_rest_ = Values::Zero();
-  Factor factor_;  ///< Of the trial under way.
+  Factor factor_;  ///< Of the trial under way, but for the rows in `pending_`: whole blocks, as factor_of().
+  typename Factor::Block pending_ = Factor::Block::Zero();
   Eigen::Index row_ = 0;
   std::vector<Factor> units_;  ///< Of the usable trials, by ascending number.
 };

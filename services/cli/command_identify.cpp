@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <memory>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/identification/archived_session.hpp"
@@ -59,15 +60,10 @@ Estimates identify_dataset(const IdentifyOptions& options, const std::vector<imp
     return fail(ErrorCode::kInvalidArgument, fmt::format("--session {}: is for archives, '{}' is a dataset",
                                                          options.session, options.source));
   }
-  auto recordings = recording::read_dataset(options.source);
-  if (!recordings) return recordings.error();
-  for (auto& record : *recordings) {
-    if (auto valid = impedance::validate(options.settings, 1.0 / record.sampling_frequency); !valid)
-      return valid.error();
-    if (options.force_sign == 0) continue;
-    if (auto stated = recording::state_force_sign(record, options.force_sign); !stated) return stated.error();
-  }
-  return identification::identify_recordings(*recordings, analyses);
+  const auto dataset = recording::Dataset::open(options.source);
+  if (!dataset) return dataset.error();
+  const auto sign = options.force_sign == 0 ? std::nullopt : std::optional<int>(options.force_sign);
+  return identification::identify_dataset(*dataset, analyses, sign);
 }
 
 Estimates identify_archive(const std::string& name, const IdentifyOptions& options,

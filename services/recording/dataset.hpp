@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <utility>
@@ -10,7 +11,8 @@
 /// BIDS Motion datasets (BIDS 1.9), the interchange format of recordings.
 namespace tonus::recording {
 
-/// Reads every run of the dataset at `root`, sorted by participant, session, task, acquisition and run.
+/// A dataset whose runs are read one by one, so that no more of them than are used are in memory. Runs are
+/// sorted by participant, session, task, acquisition and run.
 ///
 /// Channels are known by name: q1 q2 f1 f2 (raw, counts and V; with "Rig" in `_channels.json`), x y fx fy (m
 /// and N in S), or one JNTANG or POS channel and one MISC channel in N or N m (one-axis rigs); raw wins where
@@ -20,6 +22,29 @@ namespace tonus::recording {
 ///
 /// Every error is one line that names the file, the line and column where there is one, the value, and what
 /// is allowed. kNotFound: a file that must be there is not. kInvalidArgument: its content is not allowed.
+class Dataset {
+ public:
+  /// Reads everything but the samples.
+  [[nodiscard]] static Result<Dataset> open(const std::filesystem::path& root);
+  Dataset(Dataset&&) noexcept;
+  Dataset& operator=(Dataset&&) noexcept;
+  ~Dataset();
+
+  [[nodiscard]] std::size_t runs() const;
+
+  /// Run `index`, complete. Several threads may read at once.
+  [[nodiscard]] Result<Recording> read(std::size_t index) const;
+
+ private:
+  struct Run;
+  explicit Dataset(std::vector<Run> runs);
+  [[nodiscard]] static Result<Run> open_run(const std::filesystem::path& motion_file);
+  [[nodiscard]] static Result<void> number_trials(std::vector<Run>& runs);
+
+  std::vector<Run> runs_;
+};
+
+/// Every run of the dataset at `root`, read on all processors.
 [[nodiscard]] Result<std::vector<Recording>> read_dataset(const std::filesystem::path& root);
 
 struct WriteOptions {

@@ -81,69 +81,7 @@ std::optional<fs::path> events_file(const fs::path& motion_file, const std::stri
   return {};
 }
 
-Result<Recording> read_run(const fs::path& motion_file) {
-  Recording recording;
-  if (auto taken = take_labels(motion_file, recording); !taken) return taken.error();
-  std::string stem = motion_file.string();
-  stem.erase(stem.size() - kMotionSuffix.size());
-  if (auto read = read_motion_json(stem + "_motion.json", recording); !read) return read.error();
-  const auto columns = read_channels(stem, recording);
-  if (!columns) return columns.error();
-  if (auto read = read_rows(motion_file, *columns, recording); !read) return read.error();
-  if (const auto file = events_file(motion_file, stem, recording)) {
-    auto events = read_events(*file, recording);
-    if (!events) return events.error();
-    if (events->empty()) {
-      return fail(ErrorCode::kInvalidArgument,
-                  file->string() + ": has no row of trial_type perturbation: one is needed");
-    }
-    recording.events = std::move(*events);
-  }
-  return recording;
-}
-
-/// Trial numbers: unique in a session where stated, the next free ones for records without events.
-Result<void> number_trials(std::vector<Recording>& recordings) {
-  std::map<std::pair<std::string, std::string>, std::set<std::int64_t>> taken;
-  for (const Recording& recording : recordings) {
-    auto& trials = taken[{recording.participant.id, recording.session}];
-    for (const PerturbationEvent& event : recording.events) {
-      if (trials.insert(event.trial).second) continue;
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("events of {}: trial {} is there twice: a number may stand once in a session",
-                              describe(recording), event.trial));
-    }
-  }
-  for (Recording& recording : recordings) {
-    if (!recording.events.empty()) continue;
-    auto& trials = taken[{recording.participant.id, recording.session}];
-    const std::int64_t next = trials.empty() ? 1 : *trials.rbegin() + 1;
-    trials.insert(next);
-    recording.events.push_back(whole_record(recording, next));
-  }
-  return {};
-}
-
-Result<void> take_participants(const fs::path& root, std::vector<Recording>& recordings) {
-  const fs::path file = root / "participants.tsv";
-  if (!is_file(file)) return {};
-  const auto participants = read_participants(file);
-  if (!participants) return participants.error();
-  for (Recording& recording : recordings) {
-    const auto known = participants->find(recording.participant.id);
-    if (known == participants->end()) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("{}: participant '{}' is missing: the dataset has its recordings",
-                              file.string(), recording.participant.id));
-    }
-    recording.participant = known->second;
-  }
-  return {};
-}
-
-}  // namespace
-
-Result<std::vector<Recording>> read_dataset(const fs::path& root) {
+Result<void> check_root(const fs::path& root) {
   std::error_code error;
   if (!fs::is_directory(root, error)) {
     return fail(
@@ -157,27 +95,136 @@ Result<std::vector<Recording>> read_dataset(const fs::path& root) {
   }
   if (const auto description = JsonFile::read(root / "dataset_description.json"); !description)
     return description.error();
+  return {};
+}
+
+Result<void> take_participant(const fs::path& file, const std::map<std::string, Participant>& participants,
+                              Recording& header) {
+  const auto known = participants.find(header.participant.id);
+  if (known == participants.end()) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("{}: participant '{}' is missing: the dataset has its recordings", file.string(),
+                            header.participant.id));
+  }
+  header.participant = known->second;
+  return {};
+}
+
+}  // namespace
+
+/// What a recording is read from.
+struct Dataset::Run {
+  Recording header;  ///< Everything but rows and events.
+  fs::path motion_file;
+  std::vector<Column> columns;
+  std::optional<EventTable> events;
+  std::int64_t whole_trial = 0;  ///< Number of the one trial of a record without events.
+};
+
+Dataset::Dataset(std::vector<Run> runs) : runs_(std::move(runs)) {}
+Dataset::Dataset(Dataset&&) noexcept = default;
+Dataset& Dataset::operator=(Dataset&&) noexcept = default;
+Dataset::~Dataset() = default;
+
+std::size_t Dataset::runs() const { return runs_.size(); }
+
+Result<Dataset::Run> Dataset::open_run(const fs::path& motion_file) {
+  Run run;
+  run.motion_file = motion_file;
+  if (auto taken = take_labels(motion_file, run.header); !taken) return taken.error();
+  std::string stem = motion_file.string();
+  stem.erase(stem.size() - kMotionSuffix.size());
+  if (auto read = read_motion_json(stem + "_motion.json", run.header); !read) return read.error();
+  auto columns = read_channels(stem, run.header);
+  if (!columns) return columns.error();
+  run.columns = std::move(*columns);
+  if (const auto file = events_file(motion_file, stem, run.header)) {
+    auto events = EventTable::read(*file);
+    if (!events) return events.error();
+    run.events = std::move(*events);
+  }
+  return run;
+}
+
+/// Trial numbers: unique in a session where stated, the next free ones for records without events.
+Result<void> Dataset::number_trials(std::vector<Run>& runs) {
+  std::map<std::pair<std::string, std::string>, std::set<std::int64_t>> taken;
+  const auto trials_of = [&taken](const Run& run) -> auto& {
+    return taken[{run.header.participant.id, run.header.session}];
+  };
+  for (const Run& run : runs) {
+    if (!run.events) continue;
+    for (const std::int64_t trial : run.events->trials()) {
+      if (trials_of(run).insert(trial).second) continue;
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("events of {}: trial {} is there twice: a number may stand once in a session",
+                              describe(run.header), trial));
+    }
+  }
+  for (Run& run : runs) {
+    if (run.events) continue;
+    auto& trials = trials_of(run);
+    run.whole_trial = trials.empty() ? 1 : *trials.rbegin() + 1;
+    trials.insert(run.whole_trial);
+  }
+  return {};
+}
+
+Result<Dataset> Dataset::open(const fs::path& root) {
+  if (auto good = check_root(root); !good) return good.error();
   const std::vector<fs::path> files = motion_files(root);
   if (files.empty()) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("dataset '{}': has no recording: sub-*/[ses-*/]motion/*_motion.tsv is needed",
                             root.string()));
   }
-  std::vector<std::optional<Result<Recording>>> runs(files.size());
-  for_each_in_parallel(files.size(), [&](std::size_t i) { runs[i] = read_run(files[i]); });
+  std::vector<Run> runs;
+  for (const fs::path& file : files) {
+    auto run = open_run(file);
+    if (!run) return run.error();
+    runs.push_back(std::move(*run));
+  }
+  const auto labels = [](const Recording& header) {
+    return std::tie(header.participant.id, header.session, header.task, header.acquisition, header.run,
+                    header.tracking_system);
+  };
+  std::stable_sort(runs.begin(), runs.end(),
+                   [&labels](const Run& a, const Run& b) { return labels(a.header) < labels(b.header); });
+  if (const fs::path file = root / "participants.tsv"; is_file(file)) {
+    const auto participants = read_participants(file);
+    if (!participants) return participants.error();
+    for (Run& run : runs) {
+      if (auto taken = take_participant(file, *participants, run.header); !taken) return taken.error();
+    }
+  }
+  if (auto numbered = number_trials(runs); !numbered) return numbered.error();
+  return Dataset(std::move(runs));
+}
+
+Result<Recording> Dataset::read(std::size_t index) const {
+  const Run& run = runs_[index];
+  Recording recording = run.header;
+  if (auto read = read_rows(run.motion_file, run.columns, recording); !read) return read.error();
+  if (!run.events) {
+    recording.events.push_back(whole_record(recording, run.whole_trial));
+    return recording;
+  }
+  auto events = run.events->events(recording);
+  if (!events) return events.error();
+  recording.events = std::move(*events);
+  return recording;
+}
+
+Result<std::vector<Recording>> read_dataset(const fs::path& root) {
+  const auto dataset = Dataset::open(root);
+  if (!dataset) return dataset.error();
+  std::vector<std::optional<Result<Recording>>> runs(dataset->runs());
+  for_each_in_parallel(runs.size(), [&](std::size_t i) { runs[i] = dataset->read(i); });
   std::vector<Recording> recordings;
   for (auto& run : runs) {
     if (!*run) return run->error();
     recordings.push_back(std::move(**run));
   }
-  const auto labels = [](const Recording& recording) {
-    return std::tie(recording.participant.id, recording.session, recording.task, recording.acquisition,
-                    recording.run, recording.tracking_system);
-  };
-  std::stable_sort(recordings.begin(), recordings.end(),
-                   [&labels](const Recording& a, const Recording& b) { return labels(a) < labels(b); });
-  if (auto taken = take_participants(root, recordings); !taken) return taken.error();
-  if (auto numbered = number_trials(recordings); !numbered) return numbered.error();
   return recordings;
 }
 

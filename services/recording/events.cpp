@@ -4,7 +4,6 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/recording/table.hpp"
 #include "services/recording/text_file.hpp"
 
 namespace tonus::recording {
@@ -33,6 +32,7 @@ Result<void> check_trial(const Table& table, std::size_t row, const std::optiona
                                   onset, record_duration_s(recording)));
 }
 
+/// The event of a row, but for its trial's number.
 Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const Recording& recording) {
   PerturbationEvent event;
   const auto onset = table.number(row, "onset", 0.0);
@@ -45,8 +45,6 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
                         fmt::format("onset {} s and duration must end within the record's {} s", *onset,
                                     record_duration_s(recording)));
   }
-  const auto trial = table.whole_number(row, "trial", static_cast<std::int64_t>(row) + 1);
-  if (!trial) return trial.error();
   const auto set = table.whole_number(row, "set", 1);
   if (!set) return set.error();
   const auto direction = table.number_or_nothing(row, "direction_deg");
@@ -75,7 +73,6 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
   }
   event.onset_s = *onset;
   event.duration_s = *duration;
-  event.trial = *trial;
   event.set = *set;
   event.direction_deg = *direction;
   event.amplitude_m = *amplitude;
@@ -110,16 +107,32 @@ std::string one_cell(std::string text) {
 
 }  // namespace
 
-Result<std::vector<PerturbationEvent>> read_events(const std::filesystem::path& file,
-                                                   const Recording& recording) {
-  const auto table = Table::read(file);
+Result<EventTable> EventTable::read(const std::filesystem::path& file) {
+  auto table = Table::read(file);
   if (!table) return table.error();
-  if (auto complete = table->require({"onset", "duration"}); !complete) return complete.error();
+  EventTable events(std::move(*table));
+  const Table& cells = events.table_;
+  if (auto complete = cells.require({"onset", "duration"}); !complete) return complete.error();
+  for (std::size_t row = 0; row < cells.rows(); ++row) {
+    if (cells.has("trial_type") && cells.cell(row, "trial_type") != "perturbation") continue;
+    const auto trial = cells.whole_number(row, "trial", static_cast<std::int64_t>(row) + 1);
+    if (!trial) return trial.error();
+    events.rows_.push_back(row);
+    events.trials_.push_back(*trial);
+  }
+  if (events.rows_.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                file.string() + ": has no row of trial_type perturbation: one is needed");
+  }
+  return events;
+}
+
+Result<std::vector<PerturbationEvent>> EventTable::events(const Recording& recording) const {
   std::vector<PerturbationEvent> events;
-  for (std::size_t row = 0; row < table->rows(); ++row) {
-    if (table->has("trial_type") && table->cell(row, "trial_type") != "perturbation") continue;
-    auto event = read_event(*table, row, recording);
+  for (std::size_t i = 0; i < rows_.size(); ++i) {
+    auto event = read_event(table_, rows_[i], recording);
     if (!event) return event.error();
+    event->trial = trials_[i];
     events.push_back(std::move(*event));
   }
   std::stable_sort(events.begin(), events.end(),

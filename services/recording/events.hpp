@@ -1,18 +1,39 @@
 #pragma once
 
+#include <cstddef>
+#include <cstdint>
 #include <filesystem>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/core/result.hpp"
 #include "services/recording/recording.hpp"
+#include "services/recording/table.hpp"
 
 namespace tonus::recording {
 
-/// Reads an `_events.tsv` and sorts by onset. An event must lie within the record, to half a sample.
-/// `onset` and `duration` are needed; a row without a trial number gets its place in the file, from 1.
-[[nodiscard]] Result<std::vector<PerturbationEvent>> read_events(const std::filesystem::path& file,
-                                                                 const Recording& recording);
+/// The perturbations of an `_events.tsv` and the numbers of their trials, as far as they can be told without
+/// the record's rows. `onset` and `duration` are needed; a row without a trial number gets its place in the
+/// file, from 1; rows of another trial_type are left out.
+class EventTable {
+ public:
+  /// kInvalidArgument: besides what a Table refuses, no perturbation at all.
+  [[nodiscard]] static Result<EventTable> read(const std::filesystem::path& file);
+
+  /// In the order of the file.
+  [[nodiscard]] const std::vector<std::int64_t>& trials() const { return trials_; }
+
+  /// All events by onset. Each must lie within the record, whose rows are there, to half a sample.
+  [[nodiscard]] Result<std::vector<PerturbationEvent>> events(const Recording& recording) const;
+
+ private:
+  explicit EventTable(Table table) : table_(std::move(table)) {}
+
+  Table table_;
+  std::vector<std::size_t> rows_;  // of perturbations
+  std::vector<std::int64_t> trials_;
+};
 
 /// A continuous perturbation over the whole record.
 [[nodiscard]] PerturbationEvent whole_record(const Recording& recording, std::int64_t trial);

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <optional>
 #include <spdlog/fmt/fmt.h>
 
 #include "services/recording/table.hpp"
@@ -15,58 +16,43 @@ namespace {
 
 constexpr std::string_view kNothing = "n/a";
 constexpr double kLastPhase = 7.0;  // as the contract numbers them
+constexpr std::size_t kColumns = static_cast<std::size_t>(Column::kPhase) + 1;
 
-/// Walks over the text once; a number is parsed where it stands.
+/// Walks over the text once; a number is parsed where it stands. A method that returns false has stated the
+/// error.
 class RowParser {
  public:
-  RowParser(const std::filesystem::path& file, std::string_view text, const std::vector<Column>& columns)
-      : file_(file), place_(text.data()), end_(text.data() + text.size()), columns_(columns) {}
+  RowParser(const std::filesystem::path& file, const std::vector<Column>& columns)
+      : file_(file), columns_(columns) {}
+
+  /// The lines to parse next. All before have been parsed.
+  void take(std::string_view lines) {
+    place_ = lines.data();
+    end_ = lines.data() + lines.size();
+  }
 
   [[nodiscard]] bool is_at_end() const { return place_ == end_; }
 
-  Result<void> parse(Row& row, std::array<double, 2>& commanded, std::uint8_t& phase) {
+  /// The next row; it is missing where a cell of it is.
+  [[nodiscard]] bool parse() {
     ++line_;
+    is_missing_ = false;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
-      const bool is_last = i + 1 == columns_.size();
-      double value = 0.0;
       if (columns_[i] == Column::kIgnored) {
         place_ = cell_end();
-      } else if (auto taken = take_number(i, value, row.is_missing); !taken) {
-        return taken;
+      } else if (!take_number(i, values_[static_cast<std::size_t>(columns_[i])])) {
+        return false;
       }
-      if (auto passed = pass_separator(is_last, i + 1); !passed) return passed;
-      switch (columns_[i]) {
-        case Column::kIgnored:
-          break;
-        case Column::kCount0:
-          row.raw.encoder_count[0] = value;
-          break;
-        case Column::kCount1:
-          row.raw.encoder_count[1] = value;
-          break;
-        case Column::kForce0:
-          row.raw.force_V[0] = value;
-          break;
-        case Column::kForce1:
-          row.raw.force_V[1] = value;
-          break;
-        case Column::kCommanded0:
-          commanded[0] = value;
-          break;
-        case Column::kCommanded1:
-          commanded[1] = value;
-          break;
-        case Column::kPhase:
-          if (!(value >= 0.0 && value <= kLastPhase && value == std::floor(value))) {
-            return refuse_cell(file_, line_, std::to_string(i + 1), std::to_string(value),
-                               "a whole number from 0 to 7 is needed");
-          }
-          phase = static_cast<std::uint8_t>(value);
-          break;
-      }
+      if (!pass_separator(i + 1)) return false;
     }
-    return {};
+    const double phase = value(Column::kPhase);
+    return (phase >= 0.0 && phase <= kLastPhase && phase == std::floor(phase)) || refuse_phase();
   }
+
+  [[nodiscard]] bool is_missing() const { return is_missing_; }
+  /// Of the row; zero where no column holds it.
+  [[nodiscard]] double value(Column column) const { return values_[static_cast<std::size_t>(column)]; }
+  [[nodiscard]] const Error& error() const { return *error_; }
 
  private:
   /// Steps over eight characters at a time where none of them is a control character: half of a file may be
@@ -102,77 +88,100 @@ class RowParser {
     return true;
   }
 
-  Result<void> take_number(std::size_t column, double& value, bool& is_missing) {
-    if (take_short_whole_number(value)) return {};
+  bool take_number(std::size_t column, double& value) {
+    if (take_short_whole_number(value)) return true;
     const auto parsed = std::from_chars(place_, end_, value);
     if (parsed.ec == std::errc{} && is_boundary(parsed.ptr) && std::isfinite(value)) {
       place_ = parsed.ptr;
-      return {};
+      return true;
     }
     const std::string_view cell(place_, static_cast<std::size_t>(cell_end() - place_));
     if (cell != kNothing) {
-      return refuse_cell(file_, line_, std::to_string(column + 1), cell, "a number or n/a is needed");
+      error_ = refuse_cell(file_, line_, std::to_string(column + 1), cell, "a number or n/a is needed");
+      return false;
     }
     value = 0.0;
-    is_missing = true;
+    is_missing_ = true;
     place_ = cell_end();
-    return {};
+    return true;
   }
 
-  Result<void> pass_separator(bool is_last, std::size_t cells) {
-    if (!is_last) {
-      if (place_ != end_ && *place_ == '\t') return ++place_, Result<void>{};
-      return refuse_count(cells);
+  /// Behind the `cells`th cell of the row.
+  bool pass_separator(std::size_t cells) {
+    if (cells < columns_.size()) {
+      if (place_ == end_ || *place_ != '\t') return refuse_count(cells);
+      ++place_;
+      return true;
     }
-    if (place_ == end_) return {};
+    if (place_ == end_) return true;
     if (*place_ == '\t') return refuse_count(cells + 1);
     if (*place_ == '\r') ++place_;
     if (place_ != end_ && *place_ == '\n') ++place_;
-    return {};
+    return true;
   }
 
-  [[nodiscard]] Error refuse_count(std::size_t cells) const {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("{}:{}: {}{} cells are not allowed: {} are needed, one for each line of _channels.tsv",
-                    file_.string(), line_, cells, cells > columns_.size() ? " or more" : "",
-                    columns_.size()));
+  bool refuse_count(std::size_t cells) {
+    error_ =
+        fail(ErrorCode::kInvalidArgument,
+             fmt::format(
+                 "{}:{}: {}{} cells are not allowed: {} are needed, one for each line of _channels.tsv",
+                 file_.string(), line_, cells, cells > columns_.size() ? " or more" : "", columns_.size()));
+    return false;
+  }
+
+  bool refuse_phase() {
+    const auto column = std::find(columns_.begin(), columns_.end(), Column::kPhase) - columns_.begin();
+    error_ = refuse_cell(file_, line_, std::to_string(column + 1), std::to_string(value(Column::kPhase)),
+                         "a whole number from 0 to 7 is needed");
+    return false;
   }
 
   const std::filesystem::path& file_;
-  const char* place_;
-  const char* end_;
   const std::vector<Column>& columns_;
+  const char* place_ = nullptr;
+  const char* end_ = nullptr;
   std::size_t line_ = 0;
+  std::array<double, kColumns> values_{};
+  bool is_missing_ = false;
+  std::optional<Error> error_;
 };
 
 }  // namespace
 
 Result<void> read_rows(const std::filesystem::path& file, const std::vector<Column>& columns,
                        Recording& recording) {
-  const auto text = read_text(file);
-  if (!text) return text.error();
+  auto reader = LineReader::open(file);
+  if (!reader) return reader.error();
   const bool has_commanded = std::find(columns.begin(), columns.end(), Column::kCommanded0) != columns.end();
   const bool has_phases = std::find(columns.begin(), columns.end(), Column::kPhase) != columns.end();
-  RowParser parser(file, *text, columns);
-  constexpr std::size_t kShortestLine = 16;  // a first line of n/a says little of the others
-  const std::size_t lines = text->size() / std::max(text->find('\n') + 1, kShortestLine) + 1;
-  recording.rows.reserve(lines);
-  if (has_commanded) recording.commanded.reserve(lines);
-  if (has_phases) recording.phases.reserve(lines);
-  while (!parser.is_at_end()) {
-    Row row;
-    std::array<double, 2> commanded{};
-    std::uint8_t phase = 0;
-    if (auto parsed = parser.parse(row, commanded, phase); !parsed) return parsed;
-    if (row.is_missing) {
-      row.raw = {};
-      commanded = {};
+  RowParser parser(file, columns);
+  while (true) {
+    const auto lines = reader->next();
+    if (!lines) return lines.error();
+    if (lines->empty()) break;
+    if (recording.rows.empty()) {
+      constexpr std::size_t kShortestLine = 16;  // a first line of n/a says little of the others
+      const std::size_t rows = reader->size() / std::max(lines->find('\n') + 1, kShortestLine) + 1;
+      recording.rows.reserve(rows);
+      if (has_commanded) recording.commanded.reserve(rows);
+      if (has_phases) recording.phases.reserve(rows);
     }
-    row.raw.acquisition_ns = row_time_ns(recording, recording.rows.size());
-    recording.rows.push_back(row);
-    if (has_commanded) recording.commanded.push_back(commanded);
-    if (has_phases) recording.phases.push_back(phase);
+    parser.take(*lines);
+    while (!parser.is_at_end()) {
+      if (!parser.parse()) return parser.error();
+      Row& row = recording.rows.emplace_back();
+      row.is_missing = parser.is_missing();
+      row.raw.acquisition_ns = row_time_ns(recording, recording.rows.size() - 1);
+      if (!row.is_missing) {
+        row.raw.encoder_count = {parser.value(Column::kCount0), parser.value(Column::kCount1)};
+        row.raw.force_V = {parser.value(Column::kForce0), parser.value(Column::kForce1)};
+      }
+      if (has_commanded) {
+        const std::array commanded{parser.value(Column::kCommanded0), parser.value(Column::kCommanded1)};
+        recording.commanded.push_back(row.is_missing ? std::array<double, 2>{} : commanded);
+      }
+      if (has_phases) recording.phases.push_back(static_cast<std::uint8_t>(parser.value(Column::kPhase)));
+    }
   }
   if (recording.rows.empty())
     return fail(ErrorCode::kInvalidArgument, file.string() + ": is empty: a row is needed");

@@ -1,5 +1,6 @@
 #include "services/recording/text_file.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cerrno>
 #include <charconv>
@@ -23,6 +24,7 @@ class FileDescriptor {
   FileDescriptor(const FileDescriptor&) = delete;
   FileDescriptor& operator=(const FileDescriptor&) = delete;
   [[nodiscard]] int get() const { return descriptor_; }
+  [[nodiscard]] int release() { return std::exchange(descriptor_, -1); }
   [[nodiscard]] bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
 
  private:
@@ -39,24 +41,65 @@ Error io_error(const std::filesystem::path& path, const char* what) {
 }  // namespace
 
 Result<std::string> read_text(const std::filesystem::path& path) {
-  const FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  auto file = LineReader::open(path);
+  if (!file) return file.error();
+  std::string text;
+  text.reserve(file->size());
+  while (true) {
+    const auto lines = file->next();
+    if (!lines) return lines.error();
+    if (lines->empty()) return text;
+    text += *lines;
+  }
+}
+
+LineReader::LineReader(std::filesystem::path path, int descriptor, std::size_t size)
+    : path_(std::move(path)), descriptor_(descriptor), size_(size) {
+  constexpr std::size_t kBuffer = 256 * 1024;  // stays in a processor's cache
+  buffer_.resize(std::min(kBuffer, size + 1));
+}
+
+LineReader::LineReader(LineReader&& other) noexcept
+    : path_(std::move(other.path_)),
+      descriptor_(std::exchange(other.descriptor_, -1)),
+      size_(other.size_),
+      buffer_(std::move(other.buffer_)),
+      given_(other.given_),
+      filled_(other.filled_),
+      is_first_(other.is_first_) {}
+
+LineReader::~LineReader() {
+  if (descriptor_ >= 0) ::close(descriptor_);
+}
+
+Result<LineReader> LineReader::open(const std::filesystem::path& path) {
+  FileDescriptor file(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
   if (file.get() < 0) return io_error(path, "cannot be read");
   struct stat info {};
   if (::fstat(file.get(), &info) != 0) return io_error(path, "cannot be read");
   if (!S_ISREG(info.st_mode))
     return fail(ErrorCode::kIo, path.string() + ": cannot be read: not a regular file");
-  std::string text(static_cast<std::size_t>(info.st_size), '\0');
-  std::size_t filled = 0;
-  while (filled < text.size()) {
-    const ssize_t count = ::read(file.get(), text.data() + filled, text.size() - filled);
+  return LineReader(path, file.release(), static_cast<std::size_t>(info.st_size));
+}
+
+Result<std::string_view> LineReader::next() {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  std::memmove(buffer_.data(), buffer_.data() + given_, filled_ - given_);
+  filled_ -= given_;
+  given_ = 0;
+  while (true) {
+    if (filled_ == buffer_.size()) buffer_.resize(2 * buffer_.size());  // a line longer than the buffer
+    const ssize_t count = ::read(descriptor_, buffer_.data() + filled_, buffer_.size() - filled_);
     if (count < 0 && errno == EINTR) continue;
-    if (count < 0) return io_error(path, "cannot be read");
-    if (count == 0) break;
-    filled += static_cast<std::size_t>(count);
+    if (count < 0) return io_error(path_, "cannot be read");
+    const bool is_end = count == 0;
+    filled_ += static_cast<std::size_t>(count);
+    const std::string_view text(buffer_.data(), filled_);
+    given_ = is_end ? filled_ : text.rfind('\n') + 1;  // npos + 1 is 0
+    if (given_ == 0 && !is_end) continue;
+    const bool is_marked = std::exchange(is_first_, false) && text.starts_with(kByteOrderMark);
+    return text.substr(0, given_).substr(is_marked ? kByteOrderMark.size() : 0);
   }
-  text.resize(filled);
-  if (text.starts_with("\xEF\xBB\xBF")) text.erase(0, 3);
-  return text;
 }
 
 Result<void> write_text(const std::filesystem::path& path, std::string_view text) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
@@ -10,6 +11,34 @@ namespace tonus::recording {
 
 /// The whole file, without a byte-order mark. kNotFound or kIo, with the path and the system's reason.
 [[nodiscard]] Result<std::string> read_text(const std::filesystem::path& path);
+
+/// A long text file, some whole lines at a time, without a byte-order mark.
+class LineReader {
+ public:
+  /// kNotFound or kIo, with the path and the system's reason.
+  [[nodiscard]] static Result<LineReader> open(const std::filesystem::path& path);
+  LineReader(LineReader&&) noexcept;
+  LineReader& operator=(LineReader&&) = delete;
+  ~LineReader();
+
+  /// Octets of the whole file, when it was opened.
+  [[nodiscard]] std::size_t size() const { return size_; }
+
+  /// The next lines, each with its end but for, perhaps, the file's last one; valid until the next call.
+  /// Empty: that was all.
+  [[nodiscard]] Result<std::string_view> next();
+
+ private:
+  LineReader(std::filesystem::path path, int descriptor, std::size_t size);
+
+  std::filesystem::path path_;
+  int descriptor_;
+  std::size_t size_;
+  std::string buffer_;
+  std::size_t given_ = 0;   // octets of the buffer that have been handed out
+  std::size_t filled_ = 0;  // octets of the buffer that the file has filled
+  bool is_first_ = true;
+};
 
 /// Creates a file and waits until its content is on the disk. kIo.
 [[nodiscard]] Result<void> write_text(const std::filesystem::path& path, std::string_view text);

@@ -177,6 +177,8 @@ impedance::HypothesisFit fit_of(std::size_t index, impedance::Hypothesis hypothe
         plant::true_impedance(profile.subject, posture.position).mass, links.jacobian(angles));
     profile.subject.damping = simulated::joint_impedance_of(damping(I, profile.subject.stiffness.matrix()));
     const auto found = identified(measured(profile, posture));
+    EXPECT_EQ(found.status(), v1::ESTIMATE_OK) << posture.name;
+    for (const auto& reason : found.reasons()) ADD_FAILURE() << posture.name << ": " << reason;
     postures.push_back({posture.position,
                         {matrix_of(found.mass_kg()), matrix_of(found.damping_Ns_per_m()),
                          matrix_of(found.stiffness_N_per_m())}});

@@ -263,33 +263,45 @@ def diagnose(trials, dt, frequency):
     if spread(commanded.T @ commanded) < 0.10:
         return reasons + ["single_direction"]
 
-    weights = np.linalg.pinv(mean("x"))
+    D = mean("x")
+    W = np.linalg.pinv(D)
     rest = min(t["onset"] for t in trials)
-    moving = min(len(t["x"]) - t["onset"] for t in trials)
-    cut = lambda t, key: t[key][t["onset"] - rest : t["onset"] + moving]
-    x = np.einsum("ig,gkj->ikj", weights, np.stack([cut(t, "x") for t in trials]))
-    f = np.einsum("ig,gkj->ikj", weights, np.stack([cut(t, "f") - t["f"][: t["onset"]].mean(axis=0) for t in trials]))
-    smooth_force = [states(one, 2 * frequency, 0.7, dt)[2] for one in f]
-    if spread(sum(one.T @ one for one in smooth_force)) < 0.03:
+    moving = min(round((WINDOW + 0.060) / dt), *(len(t["x"]) - t["onset"] for t in trials))
+    cut = lambda t, signal: signal[t["onset"] - rest : t["onset"] + moving]
+    smooth = lambda signal: states(signal, 2 * frequency, 0.7, dt)
+    x = np.stack([np.hstack(smooth(cut(t, t["x"]))) for t in trials])
+    f = np.stack([smooth(cut(t, t["f"] - t["f"][: t["onset"]].mean(axis=0)))[2] for t in trials])
+    mean_x, mean_f = (np.einsum("ig,gkj->ikj", W, one) for one in (x, f))
+    if spread(sum(one.T @ one for one in mean_f)) < 0.03:
         return reasons + ["collinear_force"]
 
     reach = round(0.060 / dt)
     before = min(rest - reach, round(0.1 / dt))
     after = min(round(1.25 / frequency / dt), rest + moving - rest - reach)
-    if before < 1 or after < 4 * 7:
+    if before < 1 or after < 4 * 7 or len(trials) < 4:
         return reasons
     first, rows = rest - before, before + after
-    phi = np.vstack([np.hstack(states(one, 2 * frequency, 0.7, dt))[first : first + rows] for one in x])
-    Q = np.linalg.qr(np.c_[phi, np.ones(len(phi))])[0]
-    residual = []
+    stacked = lambda signals, begin: np.vstack([one[begin : begin + rows] for one in signals])
+    phi = stacked(mean_x, first)
+    Q, R = np.linalg.qr(np.c_[phi, np.ones(len(phi))])
+    own_x, own_f = (one - np.einsum("gi,ikj->gkj", D, common) for one, common in ((x, mean_x), (f, mean_f)))
+    own_share = (W**2).sum() / (len(trials) - 2)
+    misfit, possible = [], []
     for lag in range(-reach, reach + 1):
-        g = np.vstack([one[first + lag : first + lag + rows] for one in smooth_force])
-        residual.append(((g - Q @ (Q.T @ g)) ** 2).sum(axis=0))
-    residual = np.array(residual)
-    best = residual.argmin(axis=0)
-    ratio = residual[reach] / residual.min(axis=0)
-    if ((np.abs(best - reach) * dt > 0.0175) & (ratio > 2.0)).any():
-        reasons.append("force_shifted")
+        g = stacked(mean_f, first + lag)
+        z = Q.T @ g
+        theta = np.linalg.solve(R, z)
+        own = ((stacked(own_f, first + lag) - stacked(own_x, first) @ theta[:6]) ** 2).sum(axis=0)
+        misfit.append(((g - Q @ z) ** 2).sum(axis=0) / (own_share * own))
+        possible.append([(theta[[i, 2 + i, 4 + i], i] > 0).all() for i in range(2)])
+    misfit, possible = np.array(misfit), np.array(possible)
+    for axis in range(2):
+        if not possible[:, axis].any():
+            continue
+        best = np.where(possible[:, axis], misfit[:, axis], np.inf).argmin()
+        needed = 1.5 if possible[reach, axis] else 1.0
+        if abs(best - reach) * dt > 0.0175 and misfit[reach, axis] > needed * misfit[best, axis]:
+            return reasons + ["force_shifted"]
     return reasons
 
 

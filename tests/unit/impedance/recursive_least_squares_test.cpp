@@ -73,6 +73,55 @@ TEST(RecursiveLeastSquares, MergesFactorsIntoTheFactorOfAllRows) {
   EXPECT_LT(element_wise(merged.residual(), whole.residual()), 1e-9);
 }
 
+/// The same rows in blocks, the last one shorter.
+Rls factor_in_blocks(const Rows& rows) {
+  Rls rls;
+  for (Eigen::Index first = 0; first < rows.phi.rows(); first += Rls::kBlockRows) {
+    const Eigen::Index count = std::min<Eigen::Index>(Rls::kBlockRows, rows.phi.rows() - first);
+    Rls::Block block = Rls::Block::Zero();
+    block.topLeftCorner(count, 7) = rows.phi.middleRows(first, count);
+    block.topRightCorner(count, 2) = rows.f.middleRows(first, count);
+    rls.update(block, count);
+  }
+  return rls;
+}
+
+TEST(RecursiveLeastSquares, TakesBlocksOfRowsAsItTakesTheRows) {
+  for (const Eigen::Index count : {9, 16, 100, 500}) {
+    const Rows rows = random_rows(count, 8);
+    const Rls blocks = factor_in_blocks(rows);
+    const Rls single = factor_of(rows);
+    EXPECT_EQ(blocks.samples(), count);
+    EXPECT_LT(element_wise(solve(blocks), solve(single)), 1e-9) << count;
+    EXPECT_LT(element_wise(blocks.residual(), single.residual()), 1e-9) << count;
+    EXPECT_GT(blocks.R().diagonal().minCoeff(), 0.0);
+    EXPECT_LT((blocks.R() - single.R()).norm(), 1e-9 * single.R().norm()) << count;
+  }
+}
+
+TEST(RecursiveLeastSquares, StaysEqualToTheBatchSolutionOverTenMillionRowsInBlocks) {
+  // As with single rows: 100,000 passes over 96 + 4 rows.
+  const Rows rows = random_rows(100, 6);
+  const Eigen::MatrixXd batch = rows.phi.colPivHouseholderQr().solve(rows.f);
+  const Eigen::RowVectorXd residual = (rows.f - rows.phi * batch).colwise().squaredNorm();
+  std::vector<Rls::Block> blocks;
+  for (Eigen::Index first = 0; first < 100; first += Rls::kBlockRows) {
+    const Eigen::Index count = std::min<Eigen::Index>(Rls::kBlockRows, 100 - first);
+    blocks.emplace_back(Rls::Block::Zero());
+    blocks.back().topLeftCorner(count, 7) = rows.phi.middleRows(first, count);
+    blocks.back().topRightCorner(count, 2) = rows.f.middleRows(first, count);
+  }
+  Rls rls;
+  for (int pass = 0; pass < 100'000; ++pass) {
+    for (std::size_t i = 0; i < blocks.size(); ++i)
+      rls.update(blocks[i], i + 1 < blocks.size() ? Rls::kBlockRows : 100 % Rls::kBlockRows);
+  }
+  EXPECT_EQ(rls.samples(), 10'000'000);
+  EXPECT_LT(element_wise(solve(rls), batch), 1e-9);
+  EXPECT_LT(element_wise(rls.residual().transpose() / 1e5, residual), 1e-9);
+  EXPECT_GT(rls.R().diagonal().minCoeff(), 0.0);
+}
+
 TEST(RecursiveLeastSquares, KnowsNothingBeforeItHasSeenEnough) {
   const Rows rows = random_rows(7, 4);
   Rls rls;

@@ -57,6 +57,44 @@ TEST(Refusal, FindsNothingAmissInSoundData) {
   }
 }
 
+/// Damped as Table IV's most damped subject: B = 0.24 s K, several times as much as typical. Such an arm fits
+/// as well with its force shifted by 2 M / B, about 30 ms, but with a negative mass.
+SimulatedArm strongly_damped(const Eigen::Vector2d& position = {0.0, 0.38}) {
+  SimulatedArm arm = typical_subject(position);
+  arm.impedance.B = 0.24 * arm.impedance.K;
+  arm.drift_rms = 0.15;
+  arm.tremor_rms = 0.05;
+  return arm;
+}
+
+TEST(Refusal, FindsNothingAmissInSoundDataOfAStronglyDampedArm) {
+  for (const auto& position : published_positions()) {
+    for (std::uint64_t seed = 1; seed <= 10; ++seed) {
+      const auto trials = simulate(strongly_damped(position), SimulatedRig{}, directions(), seed);
+      const Estimate e = identify(trials, Options{}).value();
+      EXPECT_FALSE(has(e, Reason::kForceShifted))
+          << position.transpose() << " seed " << seed << ": " << e.force_lag.transpose();
+    }
+  }
+}
+
+TEST(Refusal, SuspectsAShiftedForceOfAStronglyDampedArm) {
+  // Where it is late by 2 M / B, the mass that it seems to have may be all that shows it.
+  for (const auto& position : published_positions()) {
+    for (const Eigen::Index samples : {6, -6}) {
+      for (const int axis : {-1, 0, 1}) {
+        auto trials = simulate(strongly_damped(position), SimulatedRig{}, directions(), 2);
+        shift_force(trials, samples, axis);
+        const Estimate e = identify(trials, Options{}).value();
+        EXPECT_EQ(e.status, Status::kSuspect);
+        EXPECT_TRUE(has(e, Reason::kForceShifted) || (samples > 0 && has(e, Reason::kNegativeMass)))
+            << position.transpose() << ", " << samples << " samples, axis " << axis << ": "
+            << e.force_lag.transpose();
+      }
+    }
+  }
+}
+
 TEST(Refusal, IsUndeterminedWithoutTrials) {
   const Estimate estimate = identify({}, Options{}).value();
   expect_no_numbers(estimate);
@@ -125,6 +163,19 @@ TEST(Refusal, SuspectsAForceThatIsThirtyMillisecondsLateOrEarly) {
         EXPECT_NEAR(estimate.force_lag[shifted], 0.005 * static_cast<double>(samples), 0.0101);
       }
     }
+  }
+}
+
+TEST(Refusal, TellsAShiftedForceAtAnySampleRate) {
+  for (const double sample_rate : {200.0, 1000.0, 4000.0}) {
+    SimulatedRig rig;
+    rig.sample_period = 1.0 / sample_rate;
+    auto trials = simulate(typical_subject(), rig, directions(), 3);
+    EXPECT_FALSE(has(identify(trials, Options{}).value(), Reason::kForceShifted)) << sample_rate << " Hz";
+    shift_force(trials, static_cast<Eigen::Index>(0.030 * sample_rate), 1);
+    const Estimate shifted = identify(trials, Options{}).value();
+    EXPECT_TRUE(has(shifted, Reason::kForceShifted)) << sample_rate << " Hz";
+    EXPECT_NEAR(shifted.force_lag[1], 0.030, 0.0101) << sample_rate << " Hz";
   }
 }
 
