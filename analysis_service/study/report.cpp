@@ -140,6 +140,15 @@ Result<void> write_report(const Study& study, const std::filesystem::path& folde
       kStyle, study.subjects.size(), runtime::kVersion, html_text(study.archive),
       study.is_simulated ? " The subjects are simulated: <em>true</em> values are those of the simulation."
                          : "");
+  page += "<nav><ul>\n";
+  const auto link = [&page](const std::string& id, const std::string& title) {
+    page += fmt::format("<li><a href=\"#{}\">{}</a></li>\n", id, html_text(title));
+  };
+  for (const Table& table : paper) link(table.id, table.title);
+  for (const Figure& figure : drawn) link(figure.id, figure.title);
+  for (const Table& table : beyond) link(table.id, table.title);
+  link(sources.id, sources.title);
+  page += "</ul></nav>\n";
   for (const Table& table : paper) page += as_html(table);
   for (const Figure& figure : drawn) page += html_of(figure);
   page += "<h2>Beyond the paper</h2>\n";

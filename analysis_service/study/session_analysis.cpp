@@ -77,6 +77,12 @@ const impedance::Estimate* ConditionAnalysis::find(impedance::Method method, imp
   return found == estimates.end() ? nullptr : &*found;
 }
 
+impedance::StaticOptions static_options() {
+  impedance::StaticOptions options;
+  options.cutoff = 5.0;
+  return options;
+}
+
 Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& session) {
   SessionAnalysis analysis;
   analysis.session = session.record.session;

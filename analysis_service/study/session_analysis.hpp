@@ -6,6 +6,7 @@
 
 #include "analysis_service/identification/condition.hpp"
 #include "analysis_service/impedance/identification.hpp"
+#include "analysis_service/impedance/static_stiffness.hpp"
 #include "services/archive/session_reader.hpp"
 
 namespace tonus::study {
@@ -20,6 +21,10 @@ struct ConditionAnalysis {
   [[nodiscard]] const impedance::Estimate* find(impedance::Method method = impedance::Method::kStateVariable,
                                                 impedance::Model model = impedance::Model::kLinear) const;
 };
+
+/// How the study scans a trial for rest (19): as published, the speed being that of the displacement below 5
+/// Hz. An encoder step of 0.25 mm that is low-passed at 10 Hz shows 5 mm/s by itself.
+[[nodiscard]] impedance::StaticOptions static_options();
 
 /// A session of one subject.
 struct SessionAnalysis {

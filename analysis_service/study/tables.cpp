@@ -5,6 +5,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/impedance/reconstruction.hpp"
 #include "analysis_service/study/published.hpp"
 
 namespace tonus::study {
@@ -49,8 +50,11 @@ const ConditionAnalysis* posture_of(const Subject& subject, const std::string& p
   return found == all.end() ? nullptr : &*found;
 }
 
-std::string sigma_text(const impedance::Estimate* estimate) {
-  return estimate == nullptr ? kNone : fmt::format("{:.2f}, {:.2f}", estimate->sigma[0], estimate->sigma[1]);
+std::string fitting_error_text(const ConditionAnalysis& condition, Model model) {
+  const auto* estimate = condition.find(Method::kStateVariable, model);
+  if (estimate == nullptr) return kNone;
+  const auto error = impedance::reconstruction_error(condition.trials, *estimate, {});
+  return error ? fmt::format("{:.2f}, {:.2f}", (*error)[0], (*error)[1]) : kNone;
 }
 
 /// Entries within a spread of the truth, and those that are not.
@@ -154,14 +158,16 @@ Table table_one(const Study& study) {
 }
 
 Table table_two(const Study& study) {
-  Table table{
-      "table2",
-      "Table II. Fitting errors of four models",
-      "Root mean square fitting errors along x and y, N, state-variable filtering. Published: average "
-      "fitting errors of the paper's subjects 1 and 2.",
-      {"subject", "posture", "linear (3)", "published", "no damping (13)", "published", "Coriolis (14)",
-       "published", "squared velocity (15)", "published"},
-      {}};
+  Table table{"table2",
+              "Table II. Fitting errors of four models",
+              "Along x and y, N, root mean square over all trials up to 1.0 s: measured force minus the "
+              "force that the "
+              "model, identified by state-variable filtering, makes of the measured displacement (its "
+              "derivatives behind "
+              "a low-pass of 10 Hz). Published: average fitting errors of the paper's subjects 1 and 2.",
+              {"subject", "posture", "linear (3)", "published", "no damping (13)", "published",
+               "Coriolis (14)", "published", "squared velocity (15)", "published"},
+              {}};
   constexpr std::array kModels{Model::kLinear, Model::kNoDamping, Model::kCoriolis, Model::kSquaredVelocity};
   for (std::size_t s = 0; s < study.subjects.size(); ++s) {
     for (std::size_t p = 0; p < published::kTableTwoPostures.size(); ++p) {
@@ -169,7 +175,7 @@ Table table_two(const Study& study) {
       if (condition == nullptr) continue;
       std::vector<std::string> row{study.subjects[s].name, published::kTableTwoPostures[p]};
       for (std::size_t m = 0; m < kModels.size(); ++m) {
-        row.push_back(sigma_text(condition->find(Method::kStateVariable, kModels[m])));
+        row.push_back(fitting_error_text(*condition, kModels[m]));
         if (s < published::kTableTwo.size()) {
           const auto& printed = published::kTableTwo[s][p][m];
           row.push_back(fmt::format("{:.2f}, {:.2f}", printed[0], printed[1]));
@@ -188,7 +194,11 @@ Table table_three(const Study& study) {
       "table3",
       "Table III. One constant between joint damping and joint stiffness",
       "SS: B_ij = tau K_ij; SD: B_ij = 2 zeta sqrt(I_ij K_ij); ± one standard deviation; % error: root mean "
-      "square fitting error over the largest joint damping. True: the same fit to the true matrices.",
+      "square fitting error over the largest joint damping. True: the same fit to the true matrices. A "
+      "cohort that "
+      "is built with Table IV's time constants has the damping ratios that its own inertia and stiffness "
+      "give, not "
+      "the published ones.",
       {"subject", "tau (s)", "published", "true", "SS % error", "published", "zeta", "published", "true",
        "SD % error", "published"},
       {}};

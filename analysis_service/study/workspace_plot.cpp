@@ -30,23 +30,39 @@ double band(const PlacedMatrix& placed, const Eigen::Vector2d& u, const Eigen::V
   return std::sqrt(variance);
 }
 
-/// One closed curve: the force for a unit displacement turned through 360 deg, `side` bands farther out.
-std::string curve(const PlacedMatrix& placed, double scale, double side) {
-  std::string rows;
+/// Points of the force for a unit displacement turned through 360 deg, `side` bands farther out.
+std::vector<Eigen::Vector2d> locus(const PlacedMatrix& placed, double scale, double side) {
+  std::vector<Eigen::Vector2d> points;
   const Eigen::Matrix2d symmetric = impedance::symmetric_part(placed.matrix);
   for (int i = 0; i <= kPoints; ++i) {
     const double angle = 2.0 * std::numbers::pi * i / kPoints;
     const Eigen::Vector2d u(std::cos(angle), std::sin(angle));
     Eigen::Vector2d force = symmetric * u;
     if (side != 0.0) force += side * band(placed, u, force) * force.normalized();
-    add_point(rows, placed.position + scale * force);
+    points.emplace_back(placed.position + scale * force);
   }
+  return points;
+}
+
+std::string curve(const PlacedMatrix& placed, double scale) {
+  std::string rows;
+  for (const auto& point : locus(placed, scale, 0.0)) add_point(rows, point);
+  return rows + "\n";
+}
+
+/// The ring between the two ends of the interval, as one outline: outer curve, then the inner one backward.
+std::string ring(const PlacedMatrix& placed, double scale) {
+  std::string rows;
+  for (const auto& point : locus(placed, scale, 1.0)) add_point(rows, point);
+  auto inner = locus(placed, scale, -1.0);
+  std::reverse(inner.begin(), inner.end());
+  for (const auto& point : inner) add_point(rows, point);
   return rows + "\n";
 }
 
 std::string circle(const Eigen::Vector2d& centre, double radius) {
   PlacedMatrix round{centre, Eigen::Matrix2d::Identity(), {}};
-  return curve(round, radius, 0.0);
+  return curve(round, radius);
 }
 
 }  // namespace
@@ -65,8 +81,9 @@ void WorkspacePlot::sketch_arms(const TwoLink& links, const std::vector<PlacedMa
   }
 }
 
-void WorkspacePlot::add(const std::string& label, int dash, const std::vector<PlacedMatrix>& matrices) {
-  pending_.push_back({label, dash, matrices});
+void WorkspacePlot::add(const std::string& label, LineStyle style,
+                        const std::vector<PlacedMatrix>& matrices) {
+  pending_.push_back({label, style, matrices});
 }
 
 double WorkspacePlot::scale() const {
@@ -81,39 +98,45 @@ double WorkspacePlot::scale() const {
 }
 
 std::vector<WorkspacePlot::Series> WorkspacePlot::series() const {
-  std::vector<Series> all{{"arm", "lw 1 lc rgb '#b0b0b0'", arms_}};
+  std::vector<Series> all;
+  Series bands{"95 % band", "filledcurves closed fc rgb '#c8c8c8' fs solid noborder", {}};
   for (const Pending& kind : pending_) {
-    Series ellipses{kind.label, fmt::format("lw 1.6 dt {} lc rgb 'black'", kind.dash), {}};
-    Series bands{"", "lw 0.6 dt 3 lc rgb '#606060'", {}, false};
     for (const PlacedMatrix& placed : kind.matrices) {
-      ellipses.rows += curve(placed, scale(), 0.0);
-      if (!placed.half_width) continue;
-      bands.rows += curve(placed, scale(), -1.0) + curve(placed, scale(), 1.0);
+      if (placed.half_width) bands.rows += ring(placed, scale());
     }
-    all.push_back(std::move(ellipses));
-    if (!bands.rows.empty()) all.push_back(std::move(bands));
   }
-  all.push_back({fmt::format("radius {:g} {}", calibration_, unit_), "lw 1 dt 4 lc rgb 'black'",
-                 circle(kCalibrationPlace, scale() * calibration_)});
+  if (!bands.rows.empty()) all.push_back(std::move(bands));
+  all.push_back({"arm", "lines lw 1 dt 3 lc rgb '#808080'", arms_});
+  for (const Pending& kind : pending_) {
+    Series ellipses{
+        kind.label, fmt::format("lines lw {:g} lc rgb '{}'", kind.style.weight, kind.style.colour), {}};
+    for (const PlacedMatrix& placed : kind.matrices) ellipses.rows += curve(placed, scale());
+    all.push_back(std::move(ellipses));
+  }
+  all.push_back({"", "lines lw 1 dt 2 lc rgb 'black'", circle(kCalibrationPlace, scale() * calibration_)});
   return all;
 }
 
 DataFile WorkspacePlot::data() const {
-  std::string text = "# x (m)  y (m), in the shoulder frame; blocks in the order of the key\n";
+  std::string text =
+      "# x (m)  y (m), in the shoulder frame; blocks in the order of the plot, the calibration circle last\n";
   for (const Series& part : series()) text += part.rows + "\n";
   return {file_, text};
 }
 
 std::string WorkspacePlot::script(const std::string& panel_title) const {
+  const double label_y = kCalibrationPlace.y() - scale() * calibration_ - 0.035;
   std::string text = fmt::format(
       "set title '{}'\nset size ratio -1\nset xlabel 'x from the shoulder (m)'\nset ylabel 'y (m)'\n"
-      "set xrange [-0.62:0.55]\nset yrange [-0.05:0.80]\nset key outside bottom center horizontal\nplot ",
-      panel_title);
+      "set lmargin 8\nset rmargin 2\nset tmargin 2\nset bmargin 4\n"
+      "set xrange [-0.62:0.55]\nset yrange [-0.05:0.80]\nset xtics 0.2\nset ytics 0.2\n"
+      "set key top right vertical samplen 2\nset label 1 'radius {:g} {}' at {:.3f},{:.3f} center\nplot ",
+      panel_title, calibration_, unit_, kCalibrationPlace.x() + 0.03, label_y);
   const auto all = series();
   for (std::size_t i = 0; i < all.size(); ++i) {
-    fmt::format_to(std::back_inserter(text), "{}'{}' index {} using 1:2 with lines {} {}",
-                   i == 0 ? "" : ", \\\n  ", file_, i, all[i].style,
-                   all[i].has_key ? "title '" + all[i].label + "'" : std::string("notitle"));
+    fmt::format_to(std::back_inserter(text), "{}'{}' index {} using 1:2 with {} {}", i == 0 ? "" : ", \\\n  ",
+                   file_, i, all[i].style,
+                   all[i].label.empty() ? std::string("notitle") : "title '" + all[i].label + "'");
   }
   return text + "\n";
 }

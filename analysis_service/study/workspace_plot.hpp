@@ -18,15 +18,24 @@ struct PlacedMatrix {
   std::optional<Eigen::Matrix2d> half_width;  ///< Of the intervals.
 };
 
-/// Ellipses of one kind of matrix drawn in the workspace, readable in grey: series differ by dashes.
+/// How a series of ellipses is drawn; readable in grey, and one upon the other.
+struct LineStyle {
+  double weight = 1.4;
+  const char* colour = "black";
+};
+inline constexpr LineStyle kBlack{1.4, "black"};
+inline constexpr LineStyle kBroadGrey{4.5, "#b8b8b8"};  ///< Below another series.
+
+/// Ellipses of one kind of matrix drawn in the workspace, with the arm sketched, equal axes and
+/// a calibration circle; intervals are bands.
 class WorkspacePlot {
  public:
   /// `calibration` is the radius of the calibration circle, in the matrices' `unit`.
   WorkspacePlot(std::string file, double calibration, std::string unit);
 
   void sketch_arms(const TwoLink& links, const std::vector<PlacedMatrix>& places);
-  /// `dash` is a gnuplot dash type: 1 solid, 2 dashed, 3 dotted.
-  void add(const std::string& label, int dash, const std::vector<PlacedMatrix>& matrices);
+  /// Later series are drawn upon earlier ones.
+  void add(const std::string& label, LineStyle style, const std::vector<PlacedMatrix>& matrices);
 
   [[nodiscard]] DataFile data() const;
   /// Commands from "set size" to the plot itself.
@@ -35,13 +44,12 @@ class WorkspacePlot {
  private:
   struct Series {
     std::string label;
-    std::string style;
+    std::string style;  ///< After "with".
     std::string rows;
-    bool has_key = true;
   };
   struct Pending {
     std::string label;
-    int dash = 1;
+    LineStyle style;
     std::vector<PlacedMatrix> matrices;
   };
   [[nodiscard]] std::vector<Series> series() const;

@@ -108,6 +108,13 @@ TEST(StudyReport, HasEveryTableAndFigureAndIsTheSameToTheByte) {
   // The findings that the cohort was built to have.
   EXPECT_NE(study.cell("one", "patterns", "three constants lower").find("100 % (2 of 2)"), std::string::npos);
   EXPECT_EQ(study.cell("one", "spread", "I,").substr(0, 7), "I,12,12") << study.cell("one", "spread", "I,");
+  EXPECT_EQ(study.cell("one", "spread", "III,").substr(0, 7), "III,4,4")
+      << study.cell("one", "spread", "III,");
+  EXPECT_EQ(study.cell("one", "spread", "IV,").substr(0, 8), "IV,12,12")
+      << study.cell("one", "spread", "IV,");
+  const std::string smallest = study.cell("one", "patterns", "the two-joint constant is the smallest");
+  EXPECT_NE(smallest.find("50 % (1 of 2)"), std::string::npos)
+      << smallest;  // s01's elbow: 0.040 against 0.039
   const std::string moved = study.cell("one", "patterns", "loaded spring centre: actual over");
   EXPECT_NE(moved.find("mean 1.0"), std::string::npos) << moved;
 }

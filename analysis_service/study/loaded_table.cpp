@@ -1,0 +1,85 @@
+#include "analysis_service/study/loaded_table.hpp"
+
+#include <algorithm>
+#include <numbers>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/identification/condition_book.hpp"
+#include "analysis_service/identification/wire.hpp"
+#include "analysis_service/study/tables.hpp"
+
+namespace tonus::study {
+namespace {
+
+constexpr double kDegrees = 180.0 / std::numbers::pi;
+constexpr double kMillimetres = 1e3;
+
+v1::Estimate wire_of(const ConditionAnalysis& condition, const impedance::Estimate& estimate) {
+  identification::ConditionEstimate made;
+  made.condition = condition.condition;
+  made.estimate = estimate;
+  return identification::to_wire(made, {});
+}
+
+}  // namespace
+
+std::vector<LoadedPosture> loaded_of(const Subject& subject) {
+  std::vector<v1::Estimate> estimates;
+  if (!subject.loaded) return {};
+  for (const auto& condition : subject.loaded->conditions) {
+    if (const auto* e = condition.find()) estimates.push_back(wire_of(condition, *e));
+  }
+  return loaded_postures(estimates);
+}
+
+Table loaded_table(const Study& study) {
+  Table table{
+      "loaded",
+      "Under bias forces",
+      "Spring centre from the posture in mm: predicted from the unloaded stiffness (mean of first and "
+      "last set) by (20), actual by the set's own fit ± one standard error, and by the static points "
+      "(19), with how many trials came to rest. Modulation: loaded over unloaded.",
+      {"subject", "posture", "set", "bias (N)", "predicted (mm)", "actual (mm)", "static (mm)", "K size",
+       "K shape", "K turned (deg)", "B size", "B shape", "B turned (deg)",
+       "fitting error of the filtered force (N)", "unloaded (N)"},
+      {}};
+  const auto vector = [](const Eigen::Vector2d& v, double scale) {
+    return fmt::format("{:+.2f}, {:+.2f}", scale * v[0], scale * v[1]);
+  };
+  for (const Subject& subject : study.subjects) {
+    for (const LoadedPosture& posture : loaded_of(subject)) {
+      for (const LoadedSet& set : posture.sets) {
+        std::vector<std::string> row{
+            subject.name,
+            posture.posture,
+            std::to_string(set.set_number),
+            vector(set.bias, 1.0),
+            vector(set.predicted, kMillimetres),
+            fmt::format("{:+.2f} ± {:.2f}, {:+.2f} ± {:.2f}", kMillimetres * set.actual[0],
+                        kMillimetres * set.actual_std[0], kMillimetres * set.actual[1],
+                        kMillimetres * set.actual_std[1])};
+        const auto& conditions = subject.loaded->conditions;
+        const auto own = std::find_if(conditions.begin(), conditions.end(), [&](const auto& c) {
+          return c.condition.posture == posture.posture && c.condition.set == set.set_number;
+        });
+        const auto still = impedance::static_stiffness(own->trials, static_options());
+        row.push_back(still ? fmt::format("{} ({} of {})", vector(still->X0, kMillimetres),
+                                          still->points.size(), own->trials.size())
+                            : "–");
+        for (const auto& modulation : {set.stiffness, set.damping}) {
+          row.push_back(modulation ? fmt::format("{:.2f}", modulation->size_ratio) : "–");
+          row.push_back(modulation ? fmt::format("{:.2f}", modulation->shape_ratio) : "–");
+          row.push_back(modulation && modulation->has_rotation
+                            ? fmt::format("{:+.0f}", kDegrees * modulation->rotation)
+                            : "–");
+        }
+        row.push_back(fmt::format("{:.2f}, {:.2f}", set.sigma[0], set.sigma[1]));
+        row.push_back(fmt::format("{:.2f}, {:.2f}", posture.sigma_unloaded[0], posture.sigma_unloaded[1]));
+        table.rows.push_back(std::move(row));
+      }
+    }
+  }
+  return table;
+}
+
+}  // namespace tonus::study
