@@ -1,8 +1,22 @@
-// The ellipses of one matrix at the postures where they were measured; new ones grow into their place.
+// The ellipses of one matrix at the postures where they were measured; new ones grow into their place. Where several
+// conditions were measured at a posture, those of single sets are drawn faint, and the chosen one stands out.
 
 import type { Estimate } from "./contract";
 import { el, svg } from "./dom";
-import { bandOf, conditionOf, ellipseOf, matrixOf, matrixTitles, unitOf, type Ellipse, type MatrixName } from "./matrices";
+import {
+  bandOf,
+  conditionOf,
+  ellipseOf,
+  isWhole,
+  matrixOf,
+  matrixTitles,
+  postureOf,
+  postureTones,
+  toneClass,
+  unitOf,
+  type Ellipse,
+  type MatrixName,
+} from "./matrices";
 
 const SIZE = 330; // of the drawing, user units
 const MARGIN = 40;
@@ -12,6 +26,10 @@ interface Drawn {
   x: number;
   y: number;
   label: string;
+  posture: string;
+  tone: string;
+  isFaint: boolean;
+  isChosen: boolean;
   ellipse: Ellipse;
   outer?: Ellipse;
   inner?: Ellipse;
@@ -30,8 +48,12 @@ export class EllipseChart {
     this.root.append(el("h3", {}, matrixTitles[name]), this.#drawing);
   }
 
-  update(estimates: Estimate[]): void {
-    const items = estimates.flatMap((estimate) => this.#item(estimate));
+  /// `chosen`: the condition that stands out.
+  update(estimates: Estimate[], chosen: string): void {
+    const tones = postureTones(estimates);
+    const items = estimates
+      .flatMap((estimate) => this.#item(estimate, toneClass(tones.get(postureOf(estimate)) ?? 0), chosen))
+      .sort((a, b) => Number(a.isChosen) - Number(b.isChosen));
     this.#drawing.setAttribute(
       "aria-label",
       `${matrixTitles[this.#name]}: ellipses of ${items.map((item) => item.label).join(", ") || "no posture yet"}`,
@@ -49,16 +71,22 @@ export class EllipseChart {
     step();
   }
 
-  #item(estimate: Estimate): Drawn[] {
+  #item(estimate: Estimate, tone: string, chosen: string): Drawn[] {
     const matrix = matrixOf(estimate, this.#name);
     const ellipse = ellipseOf(matrix);
     if (!ellipse) return [];
-    const band = bandOf(matrix);
+    const label = conditionOf(estimate);
+    const isChosen = label === chosen;
+    const band = isWhole(estimate) || isChosen ? bandOf(matrix) : undefined;
     return [
       {
         x: estimate.posture_m[0]!,
         y: estimate.posture_m[1]!,
-        label: conditionOf(estimate),
+        label,
+        posture: postureOf(estimate),
+        tone,
+        isFaint: !isWhole(estimate) && !isChosen,
+        isChosen,
         ellipse,
         outer: band?.outer,
         inner: band?.inner,
@@ -86,8 +114,9 @@ export class EllipseChart {
         transform: `rotate(${(-ellipse.angle * 180) / Math.PI} ${x} ${y})`, // the drawing's y goes down
       });
     };
-    items.forEach((item, i) => {
-      const tone = `tone-${i % 4}`;
+    const named = new Set<string>();
+    for (const item of items) {
+      const { tone } = item;
       const ellipse = now(item);
       this.#shown.set(item.label, ellipse);
       const [x, y] = places.at(item);
@@ -97,13 +126,17 @@ export class EllipseChart {
           shape(item, item.inner, { class: `band hole ${tone}` }),
         );
       }
-      const drawn = shape(item, ellipse, { class: `ellipse ${tone}`, "data-condition": item.label });
+      const weight = item.isFaint ? " faint" : item.isChosen ? " chosen" : "";
+      const drawn = shape(item, ellipse, { class: `ellipse ${tone}${weight}`, "data-condition": item.label });
       drawn.append(svg("title", {}, item.label));
-      this.#drawing.append(drawn, svg("circle", { cx: x, cy: y, r: 2, class: tone, fill: "currentColor" }));
+      this.#drawing.append(drawn);
+      if (named.has(item.posture)) continue;
+      named.add(item.posture);
       this.#drawing.append(
-        svg("text", { x, y: y + places.radius + 12, "text-anchor": "middle", class: "small" }, item.label.slice(0, 24)),
+        svg("circle", { cx: x, cy: y, r: 2, class: tone, fill: "currentColor" }),
+        svg("text", { x, y: y + places.radius + 12, "text-anchor": "middle", class: "small" }, item.posture.slice(0, 24)),
       );
-    });
+    }
     const unit = unitOf(estimates[0], this.#name);
     const round = roundDown(largest);
     const length = scale * round;

@@ -18,7 +18,7 @@ export class Roster {
     const head = el(
       "tr",
       {},
-      ...["Service", "State", "Lag", "Dropped", "Heard"].map((name) => el("th", { scope: "col" }, name)),
+      ...["Service", "State", "Lag", "Drops", "Heard"].map((name) => el("th", { scope: "col" }, name)),
     );
     const made = panel("Services", "roster", el("div", { class: "scroll" }, el("table", {}, el("thead", {}, head), this.#body)));
     this.root = made.root;
@@ -72,7 +72,7 @@ export class Roster {
       "tr",
       {},
       el("td", { title: `${health.name}, version ${health.software_version}, ${health.vendor}` }, roleNames[health.role] ?? "?"),
-      el("td", { class: tone }, state),
+      el("td", { class: `${tone} long` }, state),
       el("td", { class: "number" }, `${(1000 * health.lag_s).toFixed(0)} ms`),
       el("td", { class: health.dropped > 0n ? "number bad" : "number" }, String(health.dropped)),
       el("td", { class: isGone ? "bad" : "faint" }, ageText(age)),
