@@ -65,7 +65,7 @@ TEST(Server, WrongTokensForeignOriginsAndOtherSubprotocolsAreRefused) {
   EXPECT_EQ(status({.target = "/?token=" + kViewToken, .subprotocol = "chat"}), 400);
   EXPECT_EQ(status({.target = "/?token=" + kViewToken}), 101);
   EXPECT_EQ(status({.authorization = "Bearer " + kOperateToken,
-                    .subprotocol = std::string("chat, ") + kSubprotocol}),
+                    .subprotocol = std::string("foxglove.sdk.v1, ") + kSubprotocol}),
             101);
 }
 

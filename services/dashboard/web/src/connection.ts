@@ -171,8 +171,9 @@ export class Connection {
     await new Promise((resolve) => setTimeout(resolve, this.#pause));
     this.#pause = Math.min(2 * this.#pause, LONGEST_PAUSE_MS);
     if (await isTokenRefused()) {
+      const why = token() ? "This token is not known to the gateway." : "The gateway wants a token.";
       forgetToken();
-      this.#setState("refused", "the gateway wants a token");
+      this.#setState("refused", why);
       return;
     }
     this.#connect();

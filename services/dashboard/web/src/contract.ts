@@ -127,7 +127,6 @@ export interface TrialVerdict {
   attempt: number;
   posture_index: number;
   is_valid: boolean;
-  reasons: Uint32Array | number[];
   detail: string;
 }
 
@@ -225,18 +224,6 @@ export const endNames = [
   "bias not reached",
   "refused",
   "broken off",
-];
-export const reasonNames = [
-  "not completed",
-  "off target",
-  "bias not reached",
-  "bias not held",
-  "early reaction",
-  "saturated",
-  "gap",
-  "excursion",
-  "not at rest",
-  "unknown rig",
 ];
 export const statusNames = ["ok", "undetermined", "suspect"];
 

@@ -66,11 +66,9 @@ export function buildShell(connection: Connection, current: string): Shell {
     document.body.dataset["link"] = state;
     showLink();
     banner.hidden = state === "connected" || state === "connecting";
-    const trouble = state === "refused" ? "This gateway wants a token" : "Disconnected";
-    setText(
-      banner,
-      banner.hidden ? "" : `${trouble}: ${reason}. What is shown below is old. Trying again by itself.`,
-    );
+    const trouble =
+      state === "refused" ? reason : `Disconnected: ${reason}. What is shown below is old. Trying again by itself.`;
+    setText(banner, banner.hidden ? "" : trouble);
   });
   listenForPageKeys();
   return { main, say };

@@ -3,10 +3,8 @@
 import {
   IN_FAULT,
   IN_TRIAL,
-  endNames,
   hex,
   modeNames,
-  reasonNames,
   trialPhaseNames,
   type RigState,
   type SessionState,
@@ -111,14 +109,12 @@ function rigFacts(rig: RigState, phase: number | undefined): Fact[] {
 }
 
 function verdictRow(verdict: TrialVerdict, outcome: TrialOutcome | undefined): HTMLElement {
-  const reasons = Array.from(verdict.reasons, (reason) => reasonNames[reason] ?? "?").join(", ");
-  const end = outcome && outcome.end !== 0 ? ` (${endNames[outcome.end] ?? "?"})` : "";
   return el(
     "tr",
     {},
     el("td", {}, String(verdict.attempt)),
     el("td", {}, outcome?.program.posture ?? ""),
     el("td", { class: verdict.is_valid ? "good" : "bad" }, verdict.is_valid ? "valid" : "rejected"),
-    el("td", {}, verdict.is_valid ? verdict.detail.replace(/^valid: /, "") : `${reasons}${end}: ${verdict.detail}`),
+    el("td", {}, verdict.detail.replace(/^valid: /, "")), // of a rejected trial it names each reason
   );
 }
