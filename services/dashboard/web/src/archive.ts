@@ -37,7 +37,7 @@ const { main, say } = buildShell(connection, "/archive");
 const view = new ResultsView({ say });
 
 const sessionBody = el("tbody", { id: "sessions" });
-const sessions = panel("Sessions", "session-list", listTable(["Started", "Subject", "Protocol", "Trials", "Session"], sessionBody));
+const sessions = panel("Sessions", "session-list", listTable(["Started (UTC)", "Subject", "Protocol", "Trials", "Session"], sessionBody));
 const reportList = el("div", { id: "reports" });
 const reports = panel("Reports", "report-list", reportList);
 const facts = el("p", { id: "session-facts" }, "Choose a session above.");
@@ -45,10 +45,11 @@ const trialBody = el("tbody", { id: "trials" });
 const detail = panel("Session", "session-detail", facts, listTable(["Trial", "Posture", "End", "Verdict", "Samples", "Certified"], trialBody));
 const again = el("button", { type: "button", id: "reload" }, "Read again");
 again.addEventListener("click", () => void load());
-main.append(el("div", { class: "row" }, again), el("div", { class: "columns" }, sessions.root, reports.root), detail.root, view.root);
+main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, view.root);
 view.root.hidden = true;
 
-const timeText = (iso: string): string => iso.replace("T", " ").replace(/(\.\d+)?Z$/, " UTC");
+/// To the minute.
+const timeText = (iso: string): string => iso.slice(0, 16).replace("T", " ");
 
 function listTable(heads: string[], body: HTMLElement): HTMLElement {
   const head = el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)));
@@ -80,7 +81,7 @@ function sessionRow(entry: SessionEntry): HTMLElement {
   return el(
     "tr",
     {},
-    el("td", {}, timeText(entry.started_at)),
+    el("td", { class: "time" }, timeText(entry.started_at)),
     el("td", {}, entry.subject),
     el("td", {}, entry.protocol),
     el("td", { class: "number" }, String(entry.planned_trials)),
@@ -102,7 +103,7 @@ async function loadReports(): Promise<void> {
 function reportEntry(report: Report): HTMLElement {
   const link = (path: string, text: string): HTMLElement =>
     el("a", { href: reportAddress(path), target: "_blank", rel: "noopener" }, text);
-  const made = el("span", { class: "faint" }, `made ${timeText(report.modified)}`);
+  const made = el("span", { class: "faint" }, `made ${timeText(report.modified)} UTC`);
   const head = el("p", {}, el("strong", {}, report.page ? link(report.page, report.name) : report.name), " ", made);
   const files = report.files.map((path) => el("li", {}, link(path, path.slice(path.lastIndexOf("/") + 1))));
   return el("div", { class: "report" }, head, el("details", {}, el("summary", {}, `${files.length} files`), el("ul", { class: "files" }, ...files)));

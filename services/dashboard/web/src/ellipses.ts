@@ -19,7 +19,9 @@ import {
 } from "./matrices";
 
 const SIZE = 330; // of the drawing, user units
-const MARGIN = 40;
+const MARGIN = 24; // below, for the scale
+const LABEL = 20; // height of a posture's name
+const SAME_PLACE_M = 0.01;
 const GROWTH_MS = 600;
 
 interface Drawn {
@@ -147,27 +149,31 @@ export class EllipseChart {
   }
 }
 
-/// Where postures lie in the drawing (x to the right, y ahead = up), with room for an ellipse each.
+/// Where postures lie in the drawing: in columns and rows as they lie before the subject (x to the right, y ahead = up), but
+/// evenly, so that each ellipse has the room that there is.
 function layout(items: Drawn[]): { at: (item: Drawn) => [number, number]; radius: number } {
-  const xs = items.map(({ x }) => x);
-  const ys = items.map(({ y }) => y);
-  const middle = [(Math.min(...xs) + Math.max(...xs)) / 2, (Math.min(...ys) + Math.max(...ys)) / 2];
-  const extent = Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
-  if (extent === 0) return { at: () => [SIZE / 2, SIZE / 2 - 10], radius: SIZE / 2 - MARGIN };
-  let nearest = Infinity;
-  for (const a of items)
-    for (const b of items) {
-      const distance = Math.hypot(a.x - b.x, a.y - b.y);
-      if (distance > 0) nearest = Math.min(nearest, distance);
-    }
-  // The ellipses at the edge need room, too: extent * s + 2 r = room, with r = 0.46 nearest * s.
-  const share = 0.46 * nearest;
-  const scale = (SIZE - MARGIN) / (extent + 2 * share);
+  const columns = places(items.map(({ x }) => x));
+  const rows = places(items.map(({ y }) => y));
+  const pitch = (SIZE - MARGIN) / Math.max(columns.length, rows.length);
   return {
-    at: ({ x, y }) => [SIZE / 2 + scale * (x - middle[0]!), SIZE / 2 - 12 - scale * (y - middle[1]!)],
-    radius: scale * share,
+    at: ({ x, y }) => [
+      SIZE / 2 + pitch * (placeOf(columns, x) - (columns.length - 1) / 2),
+      (SIZE - MARGIN) / 2 - pitch * (placeOf(rows, y) - (rows.length - 1) / 2),
+    ],
+    radius: (pitch - LABEL) / 2,
   };
 }
+
+/// Distinct coordinates in order; what lies closer together is one.
+function places(coordinates: number[]): number[] {
+  const distinct: number[] = [];
+  for (const coordinate of [...coordinates].sort((a, b) => a - b))
+    if (distinct.length === 0 || coordinate - distinct.at(-1)! > SAME_PLACE_M) distinct.push(coordinate);
+  return distinct;
+}
+
+const placeOf = (places: number[], coordinate: number): number =>
+  places.reduce((found, place, i) => (coordinate >= place - 1e-9 ? i : found), 0);
 
 function grown(from: Ellipse | undefined, to: Ellipse, share: number): Ellipse {
   if (!from) return { major: share * to.major, minor: share * to.minor, angle: to.angle };

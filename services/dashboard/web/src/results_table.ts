@@ -9,8 +9,9 @@ export interface TableActions {
   say: (text: string, isBad?: boolean) => void;
 }
 
-const stack = (className: string, lines: string[], unit: string): HTMLElement =>
-  el("td", { class: className }, ...lines.map((line) => el("div", {}, line)), el("div", { class: "faint" }, unit));
+/// Lines, and a faint one below: the unit, say.
+const stack = (className: string, lines: string[], last: string): HTMLElement =>
+  el("td", { class: className }, ...lines.map((line) => el("div", {}, line)), el("div", { class: "faint" }, last));
 
 export class ResultsTable {
   readonly root = el("div");
@@ -30,8 +31,8 @@ export class ResultsTable {
     const head = el(
       "tr",
       {},
-      ...["Condition", "Method", "Status"].map((name) => el("th", { scope: "col" }, name)),
-      ...["Trials used", "rejected"].map((name) => el("th", { scope: "col", class: "number" }, name)),
+      ...["Condition, method", "Status"].map((name) => el("th", { scope: "col" }, name)),
+      ...["Trials", "Rejected"].map((name) => el("th", { scope: "col", class: "number" }, name)),
       el("th", { scope: "col" }, "Element"),
       ...["M", "B", "K", "Spring centre", "Fit error σ"].map((name) => el("th", { scope: "col", class: "number" }, name)),
     );
@@ -61,8 +62,7 @@ export class ResultsTable {
     return el(
       "tr",
       { "data-estimate": hex(estimate.estimate_id) },
-      el("td", {}, conditionOf(estimate)),
-      el("td", {}, methodOf(estimate)),
+      stack("", [conditionOf(estimate)], methodOf(estimate)),
       el("td", { class: tone, title: estimate.reasons.join("; ") }, statusNames[estimate.status] ?? "?"),
       el("td", { class: "number" }, String(estimate.trials_used)),
       el("td", { class: estimate.trials_rejected > 0 ? "number warn" : "number" }, String(estimate.trials_rejected)),
