@@ -19,6 +19,7 @@ import {
 import { ResultsTable, type TableActions } from "./results_table";
 
 const UNDETERMINED = 1;
+const USUAL_METHOD = "state_variable";
 
 export class ResultsView {
   readonly root = el("div", { class: "results" });
@@ -108,7 +109,7 @@ export class ResultsView {
 
   #render(): void {
     const all = [...this.#newest.values()].sort(inOrder);
-    keepChoices(this.#method, unique(all.map(methodOf)));
+    keepChoices(this.#method, unique(all.map(methodOf)), USUAL_METHOD);
     keepChoices(this.#condition, unique(all.map(conditionOf)));
     const ofMethod = all.filter((estimate) => methodOf(estimate) === this.#method.value);
     const ofCondition = all.filter((estimate) => conditionOf(estimate) === this.#condition.value);
@@ -136,9 +137,9 @@ function legend(list: HTMLElement, names: string[]): HTMLElement {
 
 const unique = (names: string[]): string[] => [...new Set(names)];
 
-function keepChoices(select: HTMLSelectElement, names: string[]): void {
+function keepChoices(select: HTMLSelectElement, names: string[], usual = ""): void {
   if (names.join("\n") === Array.from(select.options, (option) => option.value).join("\n")) return;
-  const chosen = select.value;
+  const chosen = select.value || usual;
   select.replaceChildren(...names.map((name) => el("option", { value: name }, name)));
   if (names.includes(chosen)) select.value = chosen;
 }
