@@ -53,7 +53,7 @@ const timeText = (iso: string): string => iso.slice(0, 16).replace("T", " ");
 
 function listTable(heads: string[], body: HTMLElement): HTMLElement {
   const head = el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)));
-  return el("div", { class: "scroll" }, el("table", {}, el("thead", {}, head), body));
+  return el("div", { class: "scroll", tabindex: 0 }, el("table", {}, el("thead", {}, head), body));
 }
 
 async function load(): Promise<void> {
