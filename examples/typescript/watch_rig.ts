@@ -1,4 +1,4 @@
-// Prints the rig's mode as it changes, over tonus-dashboard and the Foxglove packages.
+// Prints the rig's mode with each of its reports, over tonus-dashboard and the Foxglove packages.
 //
 //   node watch_rig.cjs [ws://127.0.0.1:8765]
 

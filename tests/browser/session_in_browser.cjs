@@ -83,18 +83,26 @@ async function pauseAndResume(page) {
   await phase(page, "running");
 }
 
-async function stopAndGoOn(page) {
+/// The emergency stop by keyboard, from this page; `answer`: where the page says what became of it.
+async function stop(page, answer) {
   await page.keyboard.press("Control+Space");
-  await until(page, "#notice", (seen) => seen.startsWith("Emergency stop done"), "answer to the emergency stop");
+  await until(page, answer, (seen) => seen.startsWith("Emergency stop done"), "answer to the emergency stop");
+}
+
+async function goOnAfterStop(page) {
   await until(page, "#fact-rig", (seen) => seen === "fault", "the rig's fault");
   await phase(page, "waiting");
-  await shot(page, "operator-stopped");
   await page.locator("#resume:enabled").click();
   await phase(page, "running");
   await until(page, "#fact-rig", (seen) => seen !== "fault", "the fault has been cleared");
 }
 
-async function watchSubject(context) {
+async function stopAndGoOn(page) {
+  await stop(page, "#notice");
+  await goOnAfterStop(page);
+}
+
+async function watchSubject(context, operator) {
   const page = await context.newPage();
   await page.goto(`${url}/subject`);
   await until(page, "#instruction", (seen) => seen.includes("Hold the handle on the circle"), "instruction");
@@ -106,8 +114,12 @@ async function watchSubject(context) {
   }
   const pixelsPerCm = Number(await page.inputValue("#zoom"));
   expect(Math.abs(Number(await canvas("diameter")) - pixelsPerCm) < 1e-6, "the circle is 1 cm wide");
+  await page.locator("#emergency-stop:visible").waitFor();
   await shot(page, "subject");
+  await stop(page, "#trouble");
   await page.close();
+  await operator.bringToFront();
+  await goOnAfterStop(operator);
 }
 
 async function killGateway(page) {
@@ -148,6 +160,12 @@ async function lookAtArchive(context, session) {
   await page.waitForTimeout(1500);
   await shot(page, "archive", { fullPage: true });
   await download(page, "archive.csv");
+  const [report] = await Promise.all([context.waitForEvent("page"), page.locator("#reports strong a", { hasText: "pilot" }).click()]);
+  await report.waitForLoadState();
+  expect((await text(report, "h1")) === "Pilot study", "the report is shown");
+  expect(await report.evaluate(() => document.querySelector("img").naturalWidth > 0), "its figure is shown");
+  expect(!(await report.evaluate(() => document.body.dataset.script)), "no script of a report runs");
+  await report.close();
   await page.close();
 }
 
@@ -155,6 +173,7 @@ async function lookInOtherWays(browser) {
   for (const [name, options] of [
     ["dark", { colorScheme: "dark", viewport: { width: 1280, height: 720 } }],
     ["tablet", { viewport: { width: 820, height: 1180 }, hasTouch: true }],
+    ["tablet-across", { colorScheme: "dark", viewport: { width: 1180, height: 820 }, hasTouch: true }],
   ]) {
     const context = await browser.newContext(options);
     for (const path of ["", "results", "archive"]) {
@@ -189,7 +208,7 @@ async function run(browser) {
   await start(page);
   await watch(page);
   await pauseAndResume(page);
-  await watchSubject(context);
+  await watchSubject(context, page);
   await page.bringToFront();
   await stopAndGoOn(page);
   await killGateway(page);

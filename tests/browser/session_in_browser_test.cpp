@@ -96,12 +96,23 @@ void expect_same(const std::vector<Row>& rows, const std::vector<v1::Estimate>& 
   }
 }
 
+/// As `tonus report` leaves one in the data folder: a page with a figure. Its script must not run.
+void write_report(const std::filesystem::path& folder) {
+  std::filesystem::create_directories(folder);
+  std::ofstream(folder / "index.html")
+      << "<!doctype html><title>Pilot</title><h1>Pilot study</h1><img src=figure3.svg>"
+         "<script>document.body.dataset.script = 'ran'</script>";
+  std::ofstream(folder / "figure3.svg")
+      << R"(<svg xmlns="http://www.w3.org/2000/svg" width="40" height="30"><rect width="40" height="30"/></svg>)";
+}
+
 TEST(SessionInBrowser, IsSteeredFromThePagesAndThePagesShowWhatTheArchiveHolds) {
   if (!std::filesystem::exists(TONUS_CHROMIUM))
     GTEST_SKIP() << "needs Chromium (Debian package chromium), and there is none";
   if (!std::filesystem::exists(std::filesystem::path(TONUS_WEB_FOLDER) / "node_modules"))
     GTEST_SKIP() << "needs the pages, which were not built (npm)";
   const TemporaryFolder folder;
+  write_report(folder.path() / "data" / "reports" / "pilot");
   const std::string listen = "127.0.0.1:" + std::to_string(free_port());
   Process system(program("tonus"),
                  {"up", "--dashboard", "--dashboard-listen", listen, "--domain", std::to_string(own_domain()),

@@ -10,15 +10,45 @@
 namespace tonus::dashboard {
 namespace {
 
+// Lichtblick reads JSON schemas only where every object, those in lists too, names its properties.
 constexpr char kStatusSchema[] = R"({
   "type": "object",
   "title": "State of the gateway, once a second",
   "properties": {
     "utc_ns": {"type": "integer"},
-    "clients": {"type": "array", "items": {"type": "object"}},
+    "clients": {
+      "type": "array",
+      "items": {
+        "type": "object",
+        "properties": {
+          "id": {"type": "integer"},
+          "peer": {"type": "string"},
+          "role": {"type": "string", "description": "view or operate"},
+          "connected_s": {"type": "number"},
+          "subscriptions": {"type": "integer"},
+          "sent": {"type": "integer"},
+          "thinned": {"type": "integer"},
+          "waiting_messages": {"type": "integer"},
+          "waiting_bytes": {"type": "integer"}
+        }
+      }
+    },
     "thinned": {"type": "integer", "description": "live messages left out for slow clients"},
+    "arrival_drops": {"type": "integer", "description": "live messages left out before they reached any client"},
     "kept_messages": {"type": "integer"},
-    "kept_bytes": {"type": "integer"}
+    "kept_bytes": {"type": "integer"},
+    "forgotten": {"type": "integer", "description": "kept messages that had to make room"},
+    "refused": {
+      "type": "object",
+      "properties": {
+        "visit": {"type": "integer"},
+        "malformed": {"type": "integer"},
+        "flood": {"type": "integer"},
+        "oversized": {"type": "integer"},
+        "forbidden": {"type": "integer"},
+        "slow": {"type": "integer"}
+      }
+    }
   }
 })";
 

@@ -4,7 +4,6 @@
 //
 //   rig_loop_bench --seconds 600 --seed 1
 #include <CLI/CLI.hpp>
-#include <atomic>
 #include <cmath>
 #include <cstdio>
 #include <fstream>
@@ -12,7 +11,6 @@
 #include <spdlog/fmt/fmt.h>
 #include <stdexcept>
 #include <string>
-#include <thread>
 
 #include "idl/topics.hpp"
 #include "rig_agent/agent/agent.hpp"
@@ -20,6 +18,7 @@
 #include "rig_agent/agent/rig.hpp"
 #include "services/bus/memory/memory_fabric.hpp"
 #include "services/runtime/drain.hpp"
+#include "tests/bench/rig/bare_timer.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tonus {
@@ -32,30 +31,6 @@ struct BenchOptions {
   double patience = 0.1;  ///< s without a cycle, at which the rig stops; a rig in use has 25 periods.
   std::uint64_t seed = 1;
   int priority = 80;
-};
-
-/// A thread that does nothing but wait for its next period, with the same realtime means as the loop.
-class BareTimer {
- public:
-  BareTimer(std::int64_t period_ns, const control::RealtimeRequest& request) : pacer_(clock_, period_ns) {
-    thread_ = std::thread([this, request] {
-      (void)control::set_up_realtime(request);
-      pacer_.start();
-      while (!is_stopping_.load(std::memory_order_acquire)) pacer_.wait();
-    });
-  }
-  ~BareTimer() { stop(); }
-  void stop() {
-    is_stopping_.store(true, std::memory_order_release);
-    if (thread_.joinable()) thread_.join();
-  }
-  [[nodiscard]] const control::Pacer& pacer() const { return pacer_; }
-
- private:
-  control::MonotonicClock clock_;
-  control::Pacer pacer_;
-  std::atomic<bool> is_stopping_{false};
-  std::thread thread_;
 };
 
 /// What arrived at the other end of the bus.

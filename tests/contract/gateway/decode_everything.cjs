@@ -52,6 +52,21 @@ function check(topic, { reader, writer }, data) {
   missing.delete(topic);
 }
 
+/// A schema that Lichtblick and Foxglove read, and a value that is as it says: every object names its properties.
+function checkJson(where, schema, value) {
+  const kind = { integer: "number" }[schema.type] ?? schema.type;
+  if (schema.type === "array") {
+    if (!Array.isArray(value)) return fail(`${where}: ${JSON.stringify(value)} is no array`);
+    return value.forEach((item, i) => checkJson(`${where}[${i}]`, schema.items, item));
+  }
+  if (!["object", "string", "number", "boolean"].includes(kind) || typeof value !== kind)
+    return fail(`${where}: ${JSON.stringify(value)} is no ${schema.type}`);
+  if (kind !== "object") return;
+  const names = Object.keys(schema.properties ?? {}).sort();
+  if (!isDeepStrictEqual(names, Object.keys(value).sort())) return fail(`${where}: has ${Object.keys(value)}, its schema ${names}`);
+  for (const name of names) checkJson(`${where}.${name}`, schema.properties[name], value[name]);
+}
+
 function finishIfDone() {
   if (failures > 0) process.exit(1);
   if (missing.size === 0 && mode !== "--watch") process.exit(0);
@@ -63,6 +78,10 @@ const client = new FoxgloveClient({
 client.on("error", (error) => fail(`connection: ${error}`));
 client.on("close", () => process.exit(1));
 client.on("status", (status) => fail(`status: ${status.message}`));
+client.on("serverInfo", (info) => {
+  if (!info.capabilities.includes("clientPublish") || !info.supportedEncodings.includes("json") || !info.sessionId)
+    fail(`serverInfo: ${JSON.stringify(info)}`);
+});
 client.on("advertise", (list) => {
   for (const channel of list) {
     const known = { channel };
@@ -72,7 +91,8 @@ client.on("advertise", (list) => {
       known.reader = new MessageReader(channel.schemaName, definitions);
       known.writer = new MessageWriter(channel.schemaName, definitions);
     } else {
-      JSON.parse(channel.schema);
+      if (channel.schemaEncoding !== "jsonschema") fail(`${channel.topic}: schema encoding ${channel.schemaEncoding}`);
+      known.schema = JSON.parse(channel.schema);
     }
     channels.set(client.subscribe(channel.id), known);
   }
@@ -86,6 +106,7 @@ client.on("message", ({ subscriptionId, data }) => {
   const { topic, encoding } = known.channel;
   if (encoding === "json") {
     const message = JSON.parse(new TextDecoder().decode(data));
+    checkJson(topic, known.schema, message);
     if (topic === "operator/reply" && message.is_done !== false) fail("an unknown request was not refused");
     missing.delete(topic);
   } else if (expected[topic]) {

@@ -1,5 +1,9 @@
 #include "services/dashboard/gateway/server.hpp"
 
+#include <spdlog/sinks/ostream_sink.h>
+#include <spdlog/spdlog.h>
+#include <sstream>
+
 #include "tests/unit/dashboard/gateway_fixture.hpp"
 
 namespace tonus::dashboard::testing {
@@ -61,7 +65,7 @@ TEST(Server, WrongTokensForeignOriginsAndOtherSubprotocolsAreRefused) {
   EXPECT_EQ(status({.target = "/?token=" + kViewToken, .subprotocol = "chat"}), 400);
   EXPECT_EQ(status({.target = "/?token=" + kViewToken}), 101);
   EXPECT_EQ(status({.authorization = "Bearer " + kOperateToken,
-                    .subprotocol = std::string("chat, ") + kSubprotocol}),
+                    .subprotocol = std::string("foxglove.sdk.v1, ") + kSubprotocol}),
             101);
 }
 
@@ -183,6 +187,80 @@ TEST(Server, AClientThatReadsNothingIsSentAwayAndNobodyWaitsForIt) {
   EXPECT_EQ(got, kMessages);
   const auto refused = json::parse(get(gateway.port(), {.target = "/api/status"}).second)["refused"];
   EXPECT_EQ(refused["slow"], 1);
+}
+
+/// What is logged while this is there.
+class Log {
+ public:
+  Log() : before_(spdlog::default_logger()) {
+    spdlog::set_default_logger(
+        std::make_shared<spdlog::logger>("test", std::make_shared<spdlog::sinks::ostream_sink_mt>(text_)));
+  }
+  ~Log() { spdlog::set_default_logger(before_); }
+  Log(const Log&) = delete;
+  Log& operator=(const Log&) = delete;
+  [[nodiscard]] std::string text() const { return text_.str(); }
+
+ private:
+  std::ostringstream text_;
+  std::shared_ptr<spdlog::logger> before_;
+};
+
+/// Sends until the gateway ends the connection.
+void attack(Client& client, const std::string& target, const std::vector<std::string>& texts) {
+  ASSERT_EQ(client.open({.target = target}), 101);
+  for (const auto& text : texts) client.send_text(text);
+  while (client.receive()) {
+  }
+}
+
+TEST(Server, WhatIsRefusedIsLoggedAndWhoIsConnectedMissesNothing) {
+  const Log log;
+  ServerOptions options;
+  options.maximum_frame_bytes = 1000;
+  std::string refused;
+  {
+    Gateway gateway(with_tokens(), options);
+    const std::string view = "/?token=" + kViewToken;
+    Client bystander(gateway.port());
+    ASSERT_EQ(bystander.open({.target = view}), 101);
+    bystander.subscribe(5, gateway.channel("trial/outcome"));
+    std::uint8_t sent = 0;
+    const auto expect_next = [&] {
+      gateway.put("trial/outcome", ++sent);
+      std::optional<std::string> message;
+      do {
+        message = bystander.receive();
+        ASSERT_TRUE(message);
+      } while (message->front() != '\x01');
+      EXPECT_EQ(message->back(), static_cast<char>(sent));
+    };
+    expect_next();
+    EXPECT_EQ(Client(gateway.port()).open({.target = "/?token=wrong-token-0123456789"}), 401);
+    expect_next();
+    EXPECT_EQ(Client(gateway.port()).open({.target = view, .origin = "https://evil.example"}), 403);
+    expect_next();
+    Client oversized(gateway.port());
+    attack(oversized, view, {std::string(2000, 'x')});
+    EXPECT_EQ(oversized.close_code(), 1009);
+    expect_next();
+    Client malformed(gateway.port());
+    attack(malformed, view, std::vector<std::string>(10, "nonsense"));
+    EXPECT_EQ(malformed.close_code(), 1008);
+    expect_next();
+    Client flood(gateway.port());
+    attack(flood, view, std::vector<std::string>(400, R"({"op": "unadvertise", "channelIds": []})"));
+    EXPECT_EQ(flood.close_code(), 1008);
+    expect_next();
+    refused = get(gateway.port(), {.target = "/api/status", .authorization = "Bearer " + kViewToken}).second;
+  }
+  const auto counts = json::parse(refused)["refused"];
+  EXPECT_EQ(counts["visit"], 2);
+  EXPECT_EQ(counts["oversized"], 1);
+  EXPECT_GE(counts["malformed"], 9);
+  EXPECT_EQ(counts["flood"], 1);
+  for (const char* kind : {"(visit)", "(oversized)", "(malformed)"}) EXPECT_THAT(log.text(), HasSubstr(kind));
+  EXPECT_THAT(log.text(), ::testing::Not(HasSubstr("wrong-token"))) << "secrets are not logged";
 }
 
 }  // namespace

@@ -4,6 +4,7 @@ import { get, getJson, token } from "./access";
 import { Connection } from "./connection";
 import { endNames, type Estimate, type TrialVerdict } from "./contract";
 import { el, panel, setText } from "./dom";
+import { groupReports, type Report, type ReportFile } from "./reports";
 import { archivedMessages } from "./framed_messages";
 import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
@@ -36,20 +37,23 @@ const { main, say } = buildShell(connection, "/archive");
 const view = new ResultsView({ say });
 
 const sessionBody = el("tbody", { id: "sessions" });
-const sessions = panel("Sessions", "session-list", listTable(["Started", "Subject", "Protocol", "Trials", "Session"], sessionBody));
-const reportList = el("ul", { id: "reports" });
+const sessions = panel("Sessions", "session-list", listTable(["Started (UTC)", "Subject", "Protocol", "Trials", "Session"], sessionBody));
+const reportList = el("div", { id: "reports" });
 const reports = panel("Reports", "report-list", reportList);
 const facts = el("p", { id: "session-facts" }, "Choose a session above.");
 const trialBody = el("tbody", { id: "trials" });
 const detail = panel("Session", "session-detail", facts, listTable(["Trial", "Posture", "End", "Verdict", "Samples", "Certified"], trialBody));
 const again = el("button", { type: "button", id: "reload" }, "Read again");
 again.addEventListener("click", () => void load());
-main.append(el("div", { class: "row" }, again), el("div", { class: "columns" }, sessions.root, reports.root), detail.root, view.root);
+main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, view.root);
 view.root.hidden = true;
+
+/// To the minute.
+const timeText = (iso: string): string => iso.slice(0, 16).replace("T", " ");
 
 function listTable(heads: string[], body: HTMLElement): HTMLElement {
   const head = el("tr", {}, ...heads.map((name) => el("th", { scope: "col" }, name)));
-  return el("div", { class: "scroll" }, el("table", {}, el("thead", {}, head), body));
+  return el("div", { class: "scroll", tabindex: 0 }, el("table", {}, el("thead", {}, head), body));
 }
 
 async function load(): Promise<void> {
@@ -77,7 +81,7 @@ function sessionRow(entry: SessionEntry): HTMLElement {
   return el(
     "tr",
     {},
-    el("td", {}, entry.started_at.replace("T", " ").replace("Z", " UTC")),
+    el("td", { class: "time" }, timeText(entry.started_at)),
     el("td", {}, entry.subject),
     el("td", {}, entry.protocol),
     el("td", { class: "number" }, String(entry.planned_trials)),
@@ -87,17 +91,22 @@ function sessionRow(entry: SessionEntry): HTMLElement {
 
 async function loadReports(): Promise<void> {
   try {
-    const list = await getJson<{ path: string; bytes: number; modified: string }[]>("/api/reports");
-    const pages = list.filter(({ path }) => /\.(html|pdf|svg|csv)$/.test(path));
-    setText(reports.age, pages.length === 0 ? "none yet" : `${pages.length} files`);
-    reportList.replaceChildren(
-      ...pages.map(({ path, modified }) =>
-        el("li", {}, el("a", { href: reportAddress(path), target: "_blank", rel: "noopener" }, path), ` (${modified})`),
-      ),
-    );
+    const found = groupReports(await getJson<ReportFile[]>("/api/reports"));
+    setText(reports.age, found.length === 0 ? "none yet" : `${found.length} in the data folder`);
+    const none = el("p", { class: "faint" }, "tonus report --out DATA/reports/NAME makes one.");
+    reportList.replaceChildren(...(found.length > 0 ? found.map(reportEntry) : [none]));
   } catch (error) {
     setText(reports.age, (error as Error).message);
   }
+}
+
+function reportEntry(report: Report): HTMLElement {
+  const link = (path: string, text: string): HTMLElement =>
+    el("a", { href: reportAddress(path), target: "_blank", rel: "noopener" }, text);
+  const made = el("span", { class: "faint" }, `made ${timeText(report.modified)} UTC`);
+  const head = el("p", {}, el("strong", {}, report.page ? link(report.page, report.name) : report.name), " ", made);
+  const files = report.files.map((path) => el("li", {}, link(path, path.slice(path.lastIndexOf("/") + 1))));
+  return el("div", { class: "report" }, head, el("details", {}, el("summary", {}, `${files.length} files`), el("ul", { class: "files" }, ...files)));
 }
 
 function reportAddress(path: string): string {

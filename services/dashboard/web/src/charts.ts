@@ -8,13 +8,18 @@ import {
   elementsOf,
   matrixNames,
   matrixOf,
+  isWhole,
   methodOf,
+  postureOf,
+  postureTones,
+  toneClass,
   unitOf,
   type MatrixName,
 } from "./matrices";
 
 const WIDTH = 340;
 const HEIGHT = 240;
+const LETTER = 6; // width of one on an axis, about
 const BOX = { left: 56, right: 10, top: 24, bottom: 40 };
 
 interface Scale {
@@ -24,7 +29,7 @@ interface Scale {
 
 function scale(low: number, high: number, from: number, to: number): Scale {
   if (!(high > low)) [low, high] = [low - 1, high + 1];
-  const step = niceStep((high - low) / 4);
+  const step = niceStep((high - low) / 5);
   const [first, last] = [Math.floor(low / step) * step, Math.ceil(high / step) * step];
   const ticks: number[] = [];
   for (let tick = first; tick <= last + step / 2; tick += step) ticks.push(Number(tick.toPrecision(12)));
@@ -56,6 +61,9 @@ const empty = (label: string): SVGSVGElement => {
   return drawing;
 };
 
+const shortened = (text: string, letters: number): string =>
+  text.length > letters ? `${text.slice(0, letters - 1)}…` : text;
+
 interface Dot {
   value: number;
   low: number;
@@ -74,11 +82,12 @@ function dots(label: string, unit: string, groups: { name: string; dots: Dot[] }
   const y = scale(low, high, HEIGHT - BOX.bottom, BOX.top);
   const drawing = frame(label, unit, y);
   const pitch = (WIDTH - BOX.left - BOX.right) / groups.length;
+  const letters = Math.max(3, Math.floor(pitch / LETTER));
   groups.forEach((group, g) => {
     const middle = BOX.left + pitch * (g + 0.5);
     group.dots.forEach((dot, d) => {
       const x = middle + (d - (group.dots.length - 1) / 2) * Math.min(12, (0.8 * pitch) / group.dots.length);
-      const mark = svg("g", { class: `tone-${dot.tone % 4}` });
+      const mark = svg("g", { class: toneClass(dot.tone) });
       if (Number.isFinite(dot.low) && Number.isFinite(dot.high))
         mark.append(svg("path", { d: `M ${x} ${y.at(dot.low)} V ${y.at(dot.high)}`, "stroke-width": 2 }));
       if (Number.isFinite(dot.value))
@@ -87,26 +96,29 @@ function dots(label: string, unit: string, groups: { name: string; dots: Dot[] }
       drawing.append(mark);
     });
     drawing.append(
-      svg("text", { x: middle, y: HEIGHT - BOX.bottom + 16, "text-anchor": "middle", class: "small" }, group.name),
+      svg("text", { x: middle, y: HEIGHT - BOX.bottom + 16, "text-anchor": "middle", class: "small" }, shortened(group.name, letters)),
     );
   });
   return drawing;
 }
 
-/// Curl of M, B and K at each condition; 0 is a symmetric matrix.
+/// Curl of M, B and K at each posture, in each condition there; 0 is a symmetric matrix.
 export function curlChart(estimates: Estimate[]): SVGSVGElement {
+  const plane = estimates.filter((estimate) => estimate.axes !== 1);
   return dots(
     "Curl of M, B and K",
     "curl (dimensionless)",
-    estimates
-      .filter((estimate) => estimate.axes !== 1)
-      .map((estimate) => ({
-        name: conditionOf(estimate).slice(0, estimates.length > 6 ? 6 : 12),
-        dots: matrixNames.map((name, tone) => {
-          const { curl } = matrixOf(estimate, name);
-          return { value: curl, low: NaN, high: NaN, tone, title: `${conditionOf(estimate)}: ${name} ${curl.toFixed(3)}` };
-        }),
-      })),
+    [...postureTones(plane).keys()].map((posture) => ({
+      name: posture,
+      dots: matrixNames.flatMap((name, tone) =>
+        plane
+          .filter((estimate) => postureOf(estimate) === posture)
+          .map((estimate) => {
+            const { curl } = matrixOf(estimate, name);
+            return { value: curl, low: NaN, high: NaN, tone, title: `${conditionOf(estimate)}: ${name} ${curl.toFixed(3)}` };
+          }),
+      ),
+    })),
     true,
   );
 }
@@ -135,18 +147,39 @@ export function methodChart(estimates: Estimate[], name: MatrixName): SVGSVGElem
   );
 }
 
-/// The spring centre's place from the posture, with its interval.
+interface SpringPoint {
+  name: string;
+  posture: string;
+  isWhole: boolean;
+  at: [number, number];
+  low: [number, number];
+  high: [number, number];
+}
+
+function springPoint(estimate: Estimate): SpringPoint {
+  const { value, low95, high95 } = estimate.spring_centre_m;
+  const mm = (numbers: Float64Array): [number, number] => [1000 * numbers[0]!, 1000 * numbers[1]!];
+  return {
+    name: conditionOf(estimate),
+    posture: postureOf(estimate),
+    isWhole: isWhole(estimate),
+    at: mm(value),
+    low: mm(low95),
+    high: mm(high95),
+  };
+}
+
+/// The spring centre's place from the posture, with its interval; a line leads there from the centre of the whole
+/// posture, which is how far a bias force has moved it.
 export function springChart(estimates: Estimate[]): SVGSVGElement {
   const label = "Spring centres from the posture";
   const points = estimates
     .filter((estimate) => estimate.axes !== 1 && Array.from(estimate.spring_centre_m.value).every(Number.isFinite))
-    .map((estimate) => {
-      const { value, low95, high95 } = estimate.spring_centre_m;
-      const mm = (numbers: Float64Array, i: number): number => 1000 * numbers[i]!;
-      return { name: conditionOf(estimate), x: mm(value, 0), y: mm(value, 1), low: [mm(low95, 0), mm(low95, 1)], high: [mm(high95, 0), mm(high95, 1)] };
-    });
+    .map(springPoint);
   if (points.length === 0) return empty(label);
-  const reach = 1.1 * Math.max(1, ...points.flatMap(({ low, high }) => [...low, ...high].filter(Number.isFinite).map(Math.abs)));
+  const tones = postureTones(estimates);
+  const ends = points.flatMap(({ at, low, high }) => [...at, ...low, ...high]).filter(Number.isFinite);
+  const reach = 1.1 * Math.max(1, ...ends.map(Math.abs));
   const side = HEIGHT - BOX.top - BOX.bottom;
   const left = BOX.left + (WIDTH - BOX.left - BOX.right - side) / 2;
   const y = scale(-reach, reach, HEIGHT - BOX.bottom, BOX.top);
@@ -158,20 +191,24 @@ export function springChart(estimates: Estimate[]): SVGSVGElement {
       svg("text", { x: x.at(tick), y: HEIGHT - BOX.bottom + 14, "text-anchor": "middle", class: "small" }, String(tick)),
     );
   }
-  drawing.append(svg("text", { x: WIDTH / 2, y: HEIGHT - 6, "text-anchor": "middle", class: "small" }, "x (mm)"));
-  points.forEach((point, i) => {
-    const mark = svg("g", { class: `tone-${i % 4}` });
+  drawing.append(svg("text", { x: left + side / 2, y: HEIGHT - 6, "text-anchor": "middle", class: "small" }, "x (mm)"));
+  for (const point of points) {
+    const [px, py] = [x.at(point.at[0]), y.at(point.at[1])];
+    const mark = svg("g", { class: toneClass(tones.get(point.posture) ?? 0) });
+    const whole = points.find((other) => other.isWhole && other.posture === point.posture);
+    if (whole && whole !== point)
+      mark.append(svg("path", { d: `M ${x.at(whole.at[0])} ${y.at(whole.at[1])} L ${px} ${py}`, class: "lead" }));
     if ([...point.low, ...point.high].every(Number.isFinite)) {
-      mark.append(
-        svg("path", { d: `M ${x.at(point.low[0]!)} ${y.at(point.y)} H ${x.at(point.high[0]!)} M ${x.at(point.x)} ${y.at(point.low[1]!)} V ${y.at(point.high[1]!)}`, "stroke-width": 2 }),
-      );
+      const across = `M ${x.at(point.low[0])} ${py} H ${x.at(point.high[0])}`;
+      const along = `M ${px} ${y.at(point.low[1])} V ${y.at(point.high[1])}`;
+      mark.append(svg("path", { d: `${across} ${along}`, "stroke-width": 2 }));
     }
     mark.append(
-      svg("circle", { cx: x.at(point.x), cy: y.at(point.y), r: 3.5, fill: "currentColor" }),
-      svg("title", {}, `${point.name}: ${point.x.toFixed(2)}, ${point.y.toFixed(2)} mm`),
+      svg("circle", { cx: px, cy: py, r: point.isWhole ? 4.5 : 3, fill: "currentColor" }),
+      svg("title", {}, `${point.name}: ${point.at[0].toFixed(2)}, ${point.at[1].toFixed(2)} mm`),
     );
     drawing.append(mark);
-  });
+  }
   return drawing;
 }
 
@@ -201,8 +238,8 @@ export function convergenceChart(history: Estimate[], name: MatrixName): SVGSVGE
     const up = bounds.map((estimate) => `${x(estimate)},${clip(y.at(matrixOf(estimate, name).high95[i]!))}`);
     const down = bounds.map((estimate) => `${x(estimate)},${clip(y.at(matrixOf(estimate, name).low95[i]!))}`).reverse();
     drawing.append(
-      svg("polygon", { points: [...up, ...down].join(" "), class: `tone-${tone}`, fill: "currentColor", "fill-opacity": 0.12, stroke: "none" }),
-      svg("polyline", { points: line, class: `tone-${tone}`, fill: "none", "stroke-width": 2 }),
+      svg("polygon", { points: [...up, ...down].join(" "), class: `${toneClass(tone)} area` }),
+      svg("polyline", { points: line, class: toneClass(tone), fill: "none", "stroke-width": 2 }),
     );
   });
   drawing.append(

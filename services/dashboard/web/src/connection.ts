@@ -45,7 +45,6 @@ export class Connection {
   #undecoded = 0;
 
   role = "";
-  session = "";
 
   constructor() {
     this.subscribe<unknown>(STATUS_TOPIC, () => undefined);
@@ -60,6 +59,7 @@ export class Connection {
     return this.#state;
   }
 
+  /// Messages that could not be read; others than none are to be told.
   get undecoded(): number {
     return this.#undecoded;
   }
@@ -130,7 +130,6 @@ export class Connection {
     this.#heardAt = performance.now();
     client.on("serverInfo", (info) => {
       this.role = info.metadata?.["role"] ?? "";
-      this.session = info.sessionId ?? "";
     });
     client.on("advertise", (channels) => {
       for (const channel of channels) this.#channels.set(channel.topic, channel);
@@ -172,8 +171,9 @@ export class Connection {
     await new Promise((resolve) => setTimeout(resolve, this.#pause));
     this.#pause = Math.min(2 * this.#pause, LONGEST_PAUSE_MS);
     if (await isTokenRefused()) {
+      const why = token() ? "This token is not known to the gateway." : "The gateway wants a token.";
       forgetToken();
-      this.#setState("refused", "the gateway wants a token");
+      this.#setState("refused", why);
       return;
     }
     this.#connect();

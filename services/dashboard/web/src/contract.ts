@@ -100,11 +100,18 @@ export interface SessionCue {
 }
 
 export interface TrialProgram {
+  session_id: Id;
   attempt: number;
   posture: string;
   posture_m: Float64Array;
   shoulder_origin_m: Float64Array;
   shoulder_angle_rad: number;
+  set_number: number;
+  instruction: string;
+  direction_deg: number;
+  amplitude_m: number;
+  bias_N: Float64Array;
+  recording_index: number;
 }
 
 export interface TrialOutcome {
@@ -120,7 +127,6 @@ export interface TrialVerdict {
   attempt: number;
   posture_index: number;
   is_valid: boolean;
-  reasons: Uint32Array | number[];
   detail: string;
 }
 
@@ -188,6 +194,16 @@ export interface OperatorReply {
 
 export const roleNames = ["rig", "scheduler", "identification", "archive", "dashboard", "operator"];
 export const modeNames = ["starting", "idle", "in trial", "fault"];
+export const trialPhaseNames = [
+  "between trials",
+  "coming to the target",
+  "waiting at rest",
+  "bias force rising",
+  "holding against the bias force",
+  "perturbation",
+  "returning",
+  "stopped, safe",
+];
 export const phaseNames = [
   "preparing",
   "ready",
@@ -209,22 +225,19 @@ export const endNames = [
   "refused",
   "broken off",
 ];
-export const reasonNames = [
-  "not completed",
-  "off target",
-  "bias not reached",
-  "bias not held",
-  "early reaction",
-  "saturated",
-  "gap",
-  "excursion",
-  "not at rest",
-  "unknown rig",
-];
 export const statusNames = ["ok", "undetermined", "suspect"];
 
+/// session/state's phases that the pages act on, of `phaseNames`.
+export const PAUSING = 3;
+export const PAUSED = 4;
+export const WAITING = 5;
+export const COMPLETING = 6;
+export const FAILED = 9;
+/// rig/state's modes, of `modeNames`.
+export const IN_TRIAL = 2;
+export const IN_FAULT = 3;
+
 /// Phases in which a session still goes on.
-export const isActive = (phase: number): boolean => phase <= 6;
+export const isActive = (phase: number): boolean => phase <= COMPLETING;
 
 export const hex = (id: Id): string => Array.from(id, (octet) => octet.toString(16).padStart(2, "0")).join("");
-export const isZero = (id: Id): boolean => id.every((octet) => octet === 0);

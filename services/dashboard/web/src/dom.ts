@@ -36,6 +36,21 @@ export function setText(element: Element, text: string): void {
   if (element.textContent !== text) element.textContent = text;
 }
 
+/// Name, text, and the class of the text.
+export type Fact = [string, string, string?];
+
+/// Shows facts in a list; what is the same stays.
+export function facts(list: HTMLElement, entries: Fact[]): void {
+  const wanted = entries.flatMap(([name, text, tone]) => [
+    el("dt", {}, name),
+    el("dd", { class: tone, id: `fact-${name.toLowerCase().replaceAll(" ", "-")}` }, text),
+  ]);
+  const isSame =
+    wanted.length === list.children.length &&
+    wanted.every((item, i) => item.isEqualNode(list.children[i] ?? null));
+  if (!isSame) list.replaceChildren(...wanted);
+}
+
 /// A section with a heading and the age of what it shows.
 export function panel(title: string, id: string, ...children: Child[]): { root: HTMLElement; age: HTMLElement } {
   const age = el("span", { class: "age", id: `${id}-age` });

@@ -1,17 +1,37 @@
-// The ellipses of one matrix at the postures where they were measured; new ones grow into their place.
+// The ellipses of one matrix at the postures where they were measured; new ones grow into their place. Where several
+// conditions were measured at a posture, those of single sets are drawn faint, and the chosen one stands out.
 
 import type { Estimate } from "./contract";
 import { el, svg } from "./dom";
-import { bandOf, conditionOf, ellipseOf, matrixOf, matrixTitles, unitOf, type Ellipse, type MatrixName } from "./matrices";
+import {
+  bandOf,
+  conditionOf,
+  ellipseOf,
+  isWhole,
+  matrixOf,
+  matrixTitles,
+  postureOf,
+  postureTones,
+  toneClass,
+  unitOf,
+  type Ellipse,
+  type MatrixName,
+} from "./matrices";
 
 const SIZE = 330; // of the drawing, user units
-const MARGIN = 40;
+const MARGIN = 24; // below, for the scale
+const LABEL = 20; // height of a posture's name
+const SAME_PLACE_M = 0.01;
 const GROWTH_MS = 600;
 
 interface Drawn {
   x: number;
   y: number;
   label: string;
+  posture: string;
+  tone: string;
+  isFaint: boolean;
+  isChosen: boolean;
   ellipse: Ellipse;
   outer?: Ellipse;
   inner?: Ellipse;
@@ -30,8 +50,12 @@ export class EllipseChart {
     this.root.append(el("h3", {}, matrixTitles[name]), this.#drawing);
   }
 
-  update(estimates: Estimate[]): void {
-    const items = estimates.flatMap((estimate) => this.#item(estimate));
+  /// `chosen`: the condition that stands out.
+  update(estimates: Estimate[], chosen: string): void {
+    const tones = postureTones(estimates);
+    const items = estimates
+      .flatMap((estimate) => this.#item(estimate, toneClass(tones.get(postureOf(estimate)) ?? 0), chosen))
+      .sort((a, b) => Number(a.isChosen) - Number(b.isChosen));
     this.#drawing.setAttribute(
       "aria-label",
       `${matrixTitles[this.#name]}: ellipses of ${items.map((item) => item.label).join(", ") || "no posture yet"}`,
@@ -49,16 +73,22 @@ export class EllipseChart {
     step();
   }
 
-  #item(estimate: Estimate): Drawn[] {
+  #item(estimate: Estimate, tone: string, chosen: string): Drawn[] {
     const matrix = matrixOf(estimate, this.#name);
     const ellipse = ellipseOf(matrix);
     if (!ellipse) return [];
-    const band = bandOf(matrix);
+    const label = conditionOf(estimate);
+    const isChosen = label === chosen;
+    const band = isWhole(estimate) || isChosen ? bandOf(matrix) : undefined;
     return [
       {
         x: estimate.posture_m[0]!,
         y: estimate.posture_m[1]!,
-        label: conditionOf(estimate),
+        label,
+        posture: postureOf(estimate),
+        tone,
+        isFaint: !isWhole(estimate) && !isChosen,
+        isChosen,
         ellipse,
         outer: band?.outer,
         inner: band?.inner,
@@ -86,8 +116,9 @@ export class EllipseChart {
         transform: `rotate(${(-ellipse.angle * 180) / Math.PI} ${x} ${y})`, // the drawing's y goes down
       });
     };
-    items.forEach((item, i) => {
-      const tone = `tone-${i % 4}`;
+    const named = new Set<string>();
+    for (const item of items) {
+      const { tone } = item;
       const ellipse = now(item);
       this.#shown.set(item.label, ellipse);
       const [x, y] = places.at(item);
@@ -97,13 +128,17 @@ export class EllipseChart {
           shape(item, item.inner, { class: `band hole ${tone}` }),
         );
       }
-      const drawn = shape(item, ellipse, { class: `ellipse ${tone}`, "data-condition": item.label });
+      const weight = item.isFaint ? " faint" : item.isChosen ? " chosen" : "";
+      const drawn = shape(item, ellipse, { class: `ellipse ${tone}${weight}`, "data-condition": item.label });
       drawn.append(svg("title", {}, item.label));
-      this.#drawing.append(drawn, svg("circle", { cx: x, cy: y, r: 2, class: tone, fill: "currentColor" }));
+      this.#drawing.append(drawn);
+      if (named.has(item.posture)) continue;
+      named.add(item.posture);
       this.#drawing.append(
-        svg("text", { x, y: y + places.radius + 12, "text-anchor": "middle", class: "small" }, item.label.slice(0, 24)),
+        svg("circle", { cx: x, cy: y, r: 2, class: tone, fill: "currentColor" }),
+        svg("text", { x, y: y + places.radius + 12, "text-anchor": "middle", class: "small" }, item.posture.slice(0, 24)),
       );
-    });
+    }
     const unit = unitOf(estimates[0], this.#name);
     const round = roundDown(largest);
     const length = scale * round;
@@ -114,27 +149,31 @@ export class EllipseChart {
   }
 }
 
-/// Where postures lie in the drawing (x to the right, y ahead = up), with room for an ellipse each.
+/// Where postures lie in the drawing: in columns and rows as they lie before the subject (x to the right, y ahead = up), but
+/// evenly, so that each ellipse has the room that there is.
 function layout(items: Drawn[]): { at: (item: Drawn) => [number, number]; radius: number } {
-  const xs = items.map(({ x }) => x);
-  const ys = items.map(({ y }) => y);
-  const middle = [(Math.min(...xs) + Math.max(...xs)) / 2, (Math.min(...ys) + Math.max(...ys)) / 2];
-  const extent = Math.max(Math.max(...xs) - Math.min(...xs), Math.max(...ys) - Math.min(...ys));
-  if (extent === 0) return { at: () => [SIZE / 2, SIZE / 2 - 10], radius: SIZE / 2 - MARGIN };
-  let nearest = Infinity;
-  for (const a of items)
-    for (const b of items) {
-      const distance = Math.hypot(a.x - b.x, a.y - b.y);
-      if (distance > 0) nearest = Math.min(nearest, distance);
-    }
-  // The ellipses at the edge need room, too: extent * s + 2 r = room, with r = 0.46 nearest * s.
-  const share = 0.46 * nearest;
-  const scale = (SIZE - MARGIN) / (extent + 2 * share);
+  const columns = places(items.map(({ x }) => x));
+  const rows = places(items.map(({ y }) => y));
+  const pitch = (SIZE - MARGIN) / Math.max(columns.length, rows.length);
   return {
-    at: ({ x, y }) => [SIZE / 2 + scale * (x - middle[0]!), SIZE / 2 - 12 - scale * (y - middle[1]!)],
-    radius: scale * share,
+    at: ({ x, y }) => [
+      SIZE / 2 + pitch * (placeOf(columns, x) - (columns.length - 1) / 2),
+      (SIZE - MARGIN) / 2 - pitch * (placeOf(rows, y) - (rows.length - 1) / 2),
+    ],
+    radius: (pitch - LABEL) / 2,
   };
 }
+
+/// Distinct coordinates in order; what lies closer together is one.
+function places(coordinates: number[]): number[] {
+  const distinct: number[] = [];
+  for (const coordinate of [...coordinates].sort((a, b) => a - b))
+    if (distinct.length === 0 || coordinate - distinct.at(-1)! > SAME_PLACE_M) distinct.push(coordinate);
+  return distinct;
+}
+
+const placeOf = (places: number[], coordinate: number): number =>
+  places.reduce((found, place, i) => (coordinate >= place - 1e-9 ? i : found), 0);
 
 function grown(from: Ellipse | undefined, to: Ellipse, share: number): Ellipse {
   if (!from) return { major: share * to.major, minor: share * to.minor, angle: to.angle };

@@ -15,10 +15,6 @@ export class Fresh<T> {
     this.#ageAtArrival = age > 1 ? age : 0; // below that it may be the clocks' difference
   }
 
-  clear(): void {
-    this.value = undefined;
-  }
-
   /// s; undefined where there is no value.
   get age(): number | undefined {
     if (this.value === undefined) return undefined;

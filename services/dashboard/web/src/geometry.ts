@@ -3,7 +3,6 @@
 import type { RigDescription, RigSample, TrialProgram } from "./contract";
 
 export const RIG_TWO_LINK = 0;
-export const RIG_ONE_AXIS = 2;
 
 export interface ShoulderPose {
   origin: [number, number]; // of S, in R, m

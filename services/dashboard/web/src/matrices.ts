@@ -76,12 +76,28 @@ function quantileOf(matrix: MatrixEstimate): number {
 /// What estimates of one condition have in common, whatever their method.
 export function conditionOf(estimate: Estimate): string {
   const bias = estimate.bias_N;
-  const parts = [estimate.posture || `posture ${estimate.posture_index + 1}`];
+  const parts = [postureOf(estimate)];
   if (Math.hypot(bias[0]!, bias[1]!) > 0) parts.push(`bias ${bias[0]!.toFixed(1)}, ${bias[1]!.toFixed(1)} N`);
   if (estimate.set_number !== 0) parts.push(`set ${estimate.set_number}`);
   if (estimate.instruction) parts.push(`“${estimate.instruction}”`);
   return parts.join(", ");
 }
+
+export const postureOf = (estimate: Estimate): string => estimate.posture || `posture ${estimate.posture_index + 1}`;
+
+/// Of all sets of a condition together, as against one set of them.
+export const isWhole = (estimate: Estimate): boolean => estimate.set_number === 0;
+
+/// Colours go by posture: what belongs to one place looks alike in every drawing.
+export function postureTones(estimates: Estimate[]): Map<string, number> {
+  const tones = new Map<string, number>();
+  for (const estimate of estimates)
+    if (!tones.has(postureOf(estimate))) tones.set(postureOf(estimate), tones.size);
+  return tones;
+}
+
+/// There are six colours; what comes after begins anew.
+export const toneClass = (tone: number): string => `tone-${tone % 6}`;
 
 export function methodOf(estimate: Estimate): string {
   return estimate.model && estimate.model !== "linear" ? `${estimate.method} (${estimate.model})` : estimate.method;

@@ -1,14 +1,16 @@
 // The operator's page: who is there, what goes on, and the means to steer it.
 
-import { getJson } from "./access";
-import { Connection, randomId } from "./connection";
+import { Connection } from "./connection";
 import {
-  endNames,
+  FAILED,
+  IN_FAULT,
+  IN_TRIAL,
+  PAUSED,
+  PAUSING,
+  WAITING,
   hex,
   isActive,
-  modeNames,
   phaseNames,
-  reasonNames,
   type GatewayStatus,
   type RigDescription,
   type RigState,
@@ -19,33 +21,29 @@ import {
   type TrialProgram,
   type TrialVerdict,
 } from "./contract";
-import { el, panel, setText } from "./dom";
+import { el, facts, panel, setText, type Fact } from "./dom";
 import { Fresh, ageText, duration } from "./freshness";
 import { Roster } from "./roster";
 import { buildShell } from "./shell";
+import { StartForm } from "./start_form";
 import { Trace } from "./trace";
+import { Trials } from "./trials";
 
 const REFRESH_MS = 250;
+const ABORT_AGAIN_MS = 4000;
 
 const connection = new Connection();
 const { main, say } = buildShell(connection, "/");
 const roster = new Roster(connection);
+const trials = new Trials();
 const trace = new Trace();
 
 const session = new Fresh<SessionState>();
-const plan = new Fresh<SessionPlan>();
+const plans = new Map<string, SessionPlan>();
 const rig = new Fresh<RigState>();
 const samples = new Fresh<SampleBlock>();
 const gateway = new Fresh<GatewayStatus>();
-let trial: TrialProgram | undefined;
-const verdicts = new Map<number, TrialVerdict>();
-const outcomes = new Map<number, TrialOutcome>();
-let shownSession = "";
 let sessionWritten = 0n;
-let verdictsChanged = true;
-const heldVerdicts = new Map<string, TrialVerdict>();
-
-// Session
 
 const phase = el("span", { class: "phase", id: "phase" }, "no session");
 const counts = el("dl", { class: "facts" });
@@ -56,59 +54,21 @@ const pause = button("pause", "Pause", "P");
 const resume = button("resume", "Resume", "R");
 const abort = button("abort", "Abort", "A");
 const clearFault = button("clear-fault", "Clear fault", "F");
-const sessionPanel = panel(
-  "Session",
-  "session",
-  phase,
-  progress,
-  counts,
-  el("div", { class: "row" }, pause, resume, abort, clearFault),
+const buttons = el("div", { class: "row" }, pause, resume, abort, clearFault);
+const sessionPanel = panel("Session", "session", phase, progress, counts, buttons);
+const startForm = new StartForm({ ask, say });
+const tracePanel = panel("Hand and force", "trace-panel", trace.root);
+
+main.append(
+  el(
+    "div",
+    { class: "operator" },
+    el("div", {}, sessionPanel.root, startForm.root, trials.current.root, roster.root),
+    el("div", {}, tracePanel.root, trials.verdicts.root),
+  ),
 );
 
-const protocol = el("select", { id: "protocol" });
-const subject = el("input", { id: "subject", value: "sub-01", required: true, size: 10, maxlength: 128 });
-const seed = el("input", { id: "seed", type: "number", min: 0, step: 1, value: 1, required: true, class: "short" });
-const start = el("button", { id: "start", type: "submit", class: "main" }, "Start");
-const file = el("input", { id: "protocol-file", type: "file", accept: ".toml" });
-const startForm = el(
-  "form",
-  { class: "row", id: "start-form" },
-  el("label", {}, "Protocol", protocol),
-  el("label", {}, "or a file", file),
-  el("label", {}, "Subject", subject),
-  el("label", {}, "Seed", seed),
-  start,
-);
-const startPanel = panel("Start a session", "start-panel", startForm);
-const protocols = new Map<string, string>();
-
-async function loadProtocols(): Promise<void> {
-  try {
-    const list = await getJson<{ name: string; text: string }[]>("/api/protocols");
-    const chosen = protocol.value;
-    protocols.clear();
-    for (const { name, text } of list) protocols.set(name, text);
-    protocol.replaceChildren(...list.map(({ name }) => el("option", { value: name }, name)));
-    if (protocols.has(chosen)) protocol.value = chosen;
-  } catch (error) {
-    say(`The protocols cannot be read: ${(error as Error).message}`, true);
-  }
-}
-
-startForm.addEventListener("submit", (event) => {
-  event.preventDefault();
-  void (async () => {
-    const chosen = file.files?.[0];
-    const text = chosen ? await chosen.text() : protocols.get(protocol.value);
-    if (!text) return say("A protocol is needed.", true);
-    await ask("start", {
-      session_id: randomId(),
-      protocol_toml: text,
-      subject: subject.value,
-      seed: Number(seed.value),
-    });
-  })();
-});
+// Asking
 
 async function ask(name: string, fields: Record<string, unknown> = {}): Promise<void> {
   if (connection.state !== "connected") return say(`${name} was NOT sent: disconnected.`, true);
@@ -122,12 +82,12 @@ resume.addEventListener("click", () => void ask("resume"));
 clearFault.addEventListener("click", () => void ask("clear_fault"));
 let abortArmedAt = -Infinity;
 abort.addEventListener("click", () => {
-  if (performance.now() - abortArmedAt < 4000) {
+  if (performance.now() - abortArmedAt < ABORT_AGAIN_MS) {
     abortArmedAt = -Infinity;
     void ask("abort");
   } else {
     abortArmedAt = performance.now();
-    say("Abort ends this session for good. Press Abort once more within 4 s.", true);
+    say(`Abort ends this session for good. Press Abort once more within ${ABORT_AGAIN_MS / 1000} s.`, true);
   }
 });
 document.addEventListener("keydown", (event) => {
@@ -138,32 +98,6 @@ document.addEventListener("keydown", (event) => {
   if (!target.disabled) target.click();
 });
 
-// Trials
-
-const trialFacts = el("dl", { class: "facts" });
-const trialPanel = panel("Current trial", "trial", trialFacts);
-const verdictBody = el("tbody", { id: "verdicts" });
-const verdictHead = el(
-  "tr",
-  {},
-  ...["Trial", "Posture", "Verdict", "Reason"].map((name) => el("th", { scope: "col" }, name)),
-);
-const verdictPanel = panel(
-  "Verdicts",
-  "verdict-panel",
-  el("div", { class: "scroll", tabindex: 0 }, el("table", {}, el("thead", {}, verdictHead), verdictBody)),
-);
-const tracePanel = panel("Hand and force", "trace-panel", trace.root);
-
-main.append(
-  el(
-    "div",
-    { class: "operator" },
-    el("div", {}, sessionPanel.root, startPanel.root, trialPanel.root, roster.root),
-    el("div", {}, tracePanel.root, verdictPanel.root),
-  ),
-);
-
 // What comes
 
 connection.subscribe<SessionState>("session/state", (arrival) => {
@@ -172,32 +106,16 @@ connection.subscribe<SessionState>("session/state", (arrival) => {
   if (isOther && arrival.writtenNs < sessionWritten) return;
   sessionWritten = arrival.writtenNs;
   session.set(arrival);
-  const id = hex(arrival.value.session_id);
-  if (id === shownSession) return;
-  shownSession = id;
-  verdicts.clear();
-  outcomes.clear();
-  verdictsChanged = true;
-  for (const old of heldVerdicts.values()) keepVerdict(old);
+  trials.showSession(hex(arrival.value.session_id));
 });
-function keepVerdict(verdict: TrialVerdict): void {
-  if (hex(verdict.session_id) !== shownSession) return;
-  verdicts.set(verdict.attempt, verdict);
-  verdictsChanged = true;
-}
-
-connection.subscribe<SessionPlan>("session/plan", (arrival) => plan.set(arrival));
-connection.subscribe<TrialVerdict>("trial/verdict", ({ value }) => {
-  heldVerdicts.set(hex(value.trial_id), value);
-  keepVerdict(value);
-});
+connection.subscribe<SessionPlan>("session/plan", ({ value }) => plans.set(hex(value.session_id), value));
+connection.subscribe<TrialVerdict>("trial/verdict", ({ value }) => trials.verdict(value));
 connection.subscribe<TrialOutcome>("trial/outcome", ({ value }) => {
-  outcomes.set(value.program.attempt, value);
-  trace.setTrial(value.program);
-  if (!trial || value.program.attempt >= trial.attempt) trial = value.program;
+  trials.outcome(value);
+  if (session.value && hex(value.program.session_id) === hex(session.value.session_id)) trace.setTrial(value.program);
 });
 connection.subscribe<{ program: TrialProgram }>("trial/command", ({ value }) => {
-  trial = value.program;
+  trials.command(value.program);
   trace.setTrial(value.program);
 });
 connection.subscribe<RigDescription>("rig/description", ({ value }) => trace.setRig(value));
@@ -208,106 +126,60 @@ connection.subscribe<SampleBlock>("rig/samples", (arrival) => {
   trace.add(arrival.value);
 });
 connection.onState((state) => {
-  if (state === "connected") void loadProtocols();
+  if (state === "connected") void startForm.load();
 });
-document.addEventListener("tonus-token", () => void loadProtocols());
+document.addEventListener("tonus-token", () => void startForm.load());
 
 // What is shown
-
-function facts(list: HTMLElement, entries: [string, string, string?][]): void {
-  const wanted = entries.flatMap(([name, text, tone]) => [
-    el("dt", {}, name),
-    el("dd", { class: tone, id: `fact-${name.toLowerCase().replaceAll(" ", "-")}` }, text),
-  ]);
-  const isSame =
-    wanted.length === list.children.length &&
-    wanted.every((item, i) => item.textContent === list.children[i]!.textContent && item.className === list.children[i]!.className);
-  if (!isSame) list.replaceChildren(...wanted);
-}
 
 function showAge(element: HTMLElement, age: number | undefined, limit: number): void {
   setText(element, ageText(age));
   element.className = age === undefined || age > limit ? "age old" : "age";
 }
 
+function sessionFacts(state: SessionState): Fact[] {
+  const plan = plans.get(hex(state.session_id));
+  return [
+    ["Trials", `${state.counted} of ${state.planned} counted, ${state.rejected} rejected`],
+    ["Posture", state.posture || "–"],
+    ["Remaining", isActive(state.phase) ? `about ${duration(state.remaining_s)}` : "–"],
+    ["Subject", plan ? `${plan.subject}, protocol ${plan.protocol_name}` : "–"],
+    ["Id", hex(state.session_id)],
+    ...(state.waiting_for ? [["Waiting for", state.waiting_for, "warn"] as Fact] : []),
+    ...(state.message ? [["Message", state.message] as Fact] : []),
+  ];
+}
+
 function showSession(): void {
   const state = session.value;
   const isGoing = state !== undefined && isActive(state.phase);
   setText(phase, state ? (phaseNames[state.phase] ?? "?") : "no session");
-  phase.className = `phase ${state?.phase === 9 ? "bad" : state?.phase === 5 ? "warn" : ""}`;
+  phase.className = `phase ${state?.phase === FAILED ? "bad" : state?.phase === WAITING ? "warn" : ""}`;
   progress.max = Math.max(1, state?.planned ?? 1);
   progress.value = state?.counted ?? 0;
-  facts(counts, [
-    ...(state
-      ? ([
-          ["Trials", `${state.counted} of ${state.planned} counted, ${state.rejected} rejected`],
-          ["Posture", state.posture || "–"],
-          ["Remaining", isGoing ? `about ${duration(state.remaining_s)}` : "–"],
-          ["Subject", plan.value ? `${plan.value.subject}, protocol ${plan.value.protocol_name}` : "–"],
-          ["Id", hex(state.session_id)],
-        ] as [string, string][])
-      : []),
-    ...(state?.waiting_for ? [["Waiting for", state.waiting_for, "warn"] as [string, string, string]] : []),
-    ...(state?.message ? [["Message", state.message] as [string, string]] : []),
-  ]);
+  facts(counts, state ? sessionFacts(state) : []);
   const mayOperate = connection.state === "connected" && connection.role === "operate";
-  const missing = roster.missing();
-  start.disabled = !mayOperate || isGoing || missing !== "";
-  setText(startPanel.age, isGoing ? "a session goes on" : missing);
-  startPanel.age.className = missing && !isGoing ? "age old" : "age";
-  pause.disabled = !mayOperate || !isGoing || state.phase === 3 || state.phase === 4;
-  resume.disabled = !mayOperate || !isGoing || ![3, 4, 5].includes(state.phase);
+  startForm.show(isGoing, mayOperate, roster.missing());
+  pause.disabled = !mayOperate || !isGoing || state.phase === PAUSING || state.phase === PAUSED;
+  resume.disabled = !mayOperate || !isGoing || ![PAUSING, PAUSED, WAITING].includes(state.phase);
   abort.disabled = !mayOperate || !isGoing;
-  clearFault.disabled = !mayOperate || rig.value?.mode !== 3;
-  // A session that is over says nothing more: its state does not grow old.
-  showAge(sessionPanel.age, session.age, isGoing ? 10 : Infinity);
+  clearFault.disabled = !mayOperate || rig.value?.mode !== IN_FAULT;
+  // Where there is no session there is nothing to know, and one that is over says nothing more.
+  if (state) showAge(sessionPanel.age, session.age, isGoing ? 10 : Infinity);
 }
 
 function showTrial(): void {
-  const state = rig.value;
-  const entries: [string, string, string?][] = [];
-  if (trial) entries.push(["Attempt", String(trial.attempt)], ["At", trial.posture]);
-  if (state) {
-    entries.push(
-      ["Rig", modeNames[state.mode] ?? "?", state.mode === 3 ? "bad" : undefined],
-      ["Samples", `${state.next_sequence}, of which archived ${state.received_through}`],
-      ["Overruns", String(state.overruns), state.overruns > 0n ? "warn" : undefined],
-    );
-    if (state.fault) entries.push(["Fault", state.fault, "bad"]);
-  }
-  const mine = gateway.value?.thinned;
-  if (mine) entries.push(["Thinned", `${mine} live messages left out for slow pages`, "warn"]);
-  facts(trialFacts, entries);
-  showAge(trialPanel.age, rig.age, 2);
-}
-
-function showVerdicts(): void {
-  setText(verdictPanel.age, verdicts.size > 0 ? `${verdicts.size} judged` : "none yet");
-  if (!verdictsChanged) return;
-  verdictsChanged = false;
-  const newestFirst = [...verdicts.values()].sort((a, b) => b.attempt - a.attempt);
-  verdictBody.replaceChildren(
-    ...newestFirst.map((verdict) => {
-      const outcome = outcomes.get(verdict.attempt);
-      const reasons = Array.from(verdict.reasons, (reason) => reasonNames[reason] ?? "?").join(", ");
-      const end = outcome && outcome.end !== 0 ? ` (${endNames[outcome.end]})` : "";
-      return el(
-        "tr",
-        {},
-        el("td", {}, String(verdict.attempt)),
-        el("td", {}, outcome?.program.posture ?? ""),
-        el("td", { class: verdict.is_valid ? "good" : "bad" }, verdict.is_valid ? "valid" : "rejected"),
-        el("td", {}, verdict.is_valid ? verdict.detail : `${reasons}${end}: ${verdict.detail}`),
-      );
-    }),
-  );
+  const isInTrial = rig.value?.mode === IN_TRIAL;
+  const phaseNow = isInTrial ? samples.value?.samples.at(-1)?.phase : undefined;
+  trials.renderCurrent(rig.value, session.value, phaseNow, gateway.value?.thinned ?? 0);
+  showAge(trials.current.age, rig.age, 2);
+  showAge(tracePanel.age, samples.age, isInTrial ? 1 : Infinity);
 }
 
 setInterval(() => {
   roster.render();
   showSession();
   showTrial();
-  showVerdicts();
-  const isTrial = rig.value?.mode === 2;
-  showAge(tracePanel.age, samples.age, isTrial ? 1 : Infinity);
+  trials.renderVerdicts();
+  trace.renderValues();
 }, REFRESH_MS);

@@ -2,11 +2,16 @@
 
 import { hex, statusNames, type Estimate } from "./contract";
 import { el } from "./dom";
+import { estimatesText } from "./estimates_text";
 import { conditionOf, elementNames, elementsOf, matrixNames, matrixOf, methodOf, unitOf, withError } from "./matrices";
 
 export interface TableActions {
   say: (text: string, isBad?: boolean) => void;
 }
+
+/// Lines, and a faint one below: the unit, say.
+const stack = (className: string, lines: string[], last: string): HTMLElement =>
+  el("td", { class: className }, ...lines.map((line) => el("div", {}, line)), el("div", { class: "faint" }, last));
 
 export class ResultsTable {
   readonly root = el("div");
@@ -17,7 +22,7 @@ export class ResultsTable {
     const copy = el("button", { type: "button", id: "copy" }, "Copy table");
     const download = el("button", { type: "button", id: "download" }, "Download CSV");
     copy.addEventListener("click", () => {
-      navigator.clipboard.writeText(this.text("\t")).then(
+      navigator.clipboard.writeText(estimatesText(this.#estimates, "\t")).then(
         () => say(`Copied ${this.#estimates.length} estimates.`),
         (error: Error) => say(`Not copied: ${error.message}. Download works.`, true),
       );
@@ -26,12 +31,14 @@ export class ResultsTable {
     const head = el(
       "tr",
       {},
-      ...["Condition", "Method", "Status", "Trials"].map((name) => el("th", { scope: "col" }, name)),
-      ...["M", "B", "K", "Spring centre (mm)", "σ"].map((name) => el("th", { scope: "col", class: "number" }, name)),
+      ...["Condition, method", "Status"].map((name) => el("th", { scope: "col" }, name)),
+      ...["Trials", "Rejected"].map((name) => el("th", { scope: "col", class: "number" }, name)),
+      el("th", { scope: "col" }, "Element"),
+      ...["M", "B", "K", "Spring centre", "Fit error σ"].map((name) => el("th", { scope: "col", class: "number" }, name)),
     );
     this.root.append(
       el("div", { class: "row" }, copy, download),
-      el("div", { class: "scroll", tabindex: 0 }, el("table", {}, el("thead", {}, head), this.#body)),
+      el("div", { class: "scroll tall", tabindex: 0 }, el("table", {}, el("thead", {}, head), this.#body)),
     );
   }
 
@@ -42,62 +49,32 @@ export class ResultsTable {
 
   #row(estimate: Estimate): HTMLElement {
     const tone = estimate.status === 0 ? "good" : estimate.status === 1 ? "faint" : "warn";
-    const cells = matrixNames.map((name) => {
-      const matrix = matrixOf(estimate, name);
-      const cell = el("td", { class: "number" });
-      for (const i of elementsOf(estimate))
-        cell.append(el("div", {}, withError(matrix.value[i]!, matrix.standard_error[i]!)));
-      cell.append(el("div", { class: "faint" }, unitOf(estimate, name)));
-      return cell;
+    const elements = elementsOf(estimate);
+    const axes = estimate.axes === 1 ? [0] : [0, 1];
+    const matrices = matrixNames.map((name) => {
+      const { value, standard_error } = matrixOf(estimate, name);
+      return stack("number", elements.map((i) => withError(value[i]!, standard_error[i]!)), unitOf(estimate, name));
     });
-    const spring = el("td", { class: "number" });
+    const isMetric = estimate.displacement_unit === "m" || estimate.displacement_unit === "";
     const { value, standard_error } = estimate.spring_centre_m;
-    for (const i of estimate.axes === 1 ? [0] : [0, 1])
-      spring.append(el("div", {}, withError(1000 * value[i]!, 1000 * standard_error[i]!)));
+    const scale = isMetric ? 1000 : 1;
+    const centre = axes.map((i) => withError(scale * value[i]!, scale * standard_error[i]!));
     return el(
       "tr",
       { "data-estimate": hex(estimate.estimate_id) },
-      el("td", {}, conditionOf(estimate)),
-      el("td", {}, methodOf(estimate)),
+      stack("", [conditionOf(estimate)], methodOf(estimate)),
       el("td", { class: tone, title: estimate.reasons.join("; ") }, statusNames[estimate.status] ?? "?"),
-      el("td", {}, `${estimate.trials_used} used, ${estimate.trials_rejected} rejected`),
-      ...cells,
-      spring,
-      el("td", { class: "number" }, Array.from(estimate.sigma_N, (sigma) => sigma.toFixed(3)).join(", ")),
+      el("td", { class: "number" }, String(estimate.trials_used)),
+      el("td", { class: estimate.trials_rejected > 0 ? "number warn" : "number" }, String(estimate.trials_rejected)),
+      stack("faint", elements.map((i) => elementNames[i]!), ""),
+      ...matrices,
+      stack("number", centre, isMetric ? "mm" : estimate.displacement_unit),
+      stack("number", axes.map((i) => estimate.sigma_N[i]!.toFixed(3)), estimate.force_unit || "N"),
     );
-  }
-
-  /// Every number in full, one line an estimate; units in the heads.
-  text(separator: string): string {
-    const quote = (field: string): string =>
-      /[",\t\n]/.test(field) ? `"${field.replaceAll('"', '""')}"` : field;
-    const heads = [
-      "condition", "posture_x_m", "posture_y_m", "bias_x_N", "bias_y_N", "set", "instruction", "method", "model",
-      "status", "trials_used", "trials_rejected",
-    ];
-    const matrixHeads = ["M_kg", "B_Ns_per_m", "K_N_per_m"].flatMap((matrix) =>
-      elementNames.flatMap((name) => [`${matrix}_${name}`, `${matrix}_${name}_se`, `${matrix}_${name}_low95`, `${matrix}_${name}_high95`]),
-    );
-    const lines = [[...heads, ...matrixHeads, "spring_x_m", "spring_y_m", "sigma_x_N", "sigma_y_N", "displacement_unit", "force_unit"]];
-    for (const estimate of this.#estimates) {
-      const numbers = matrixNames.flatMap((name) => {
-        const matrix = matrixOf(estimate, name);
-        return elementNames.flatMap((_, i) => [matrix.value[i]!, matrix.standard_error[i]!, matrix.low95[i]!, matrix.high95[i]!]);
-      });
-      lines.push(
-        [
-          conditionOf(estimate), ...estimate.posture_m, ...estimate.bias_N, estimate.set_number, estimate.instruction,
-          estimate.method, estimate.model, statusNames[estimate.status] ?? "?", estimate.trials_used,
-          estimate.trials_rejected, ...numbers, ...estimate.spring_centre_m.value, ...estimate.sigma_N,
-          estimate.displacement_unit, estimate.force_unit,
-        ].map(String),
-      );
-    }
-    return lines.map((line) => line.map(quote).join(separator)).join("\n") + "\n";
   }
 
   #download(): void {
-    const url = URL.createObjectURL(new Blob([this.text(",")], { type: "text/csv" }));
+    const url = URL.createObjectURL(new Blob([estimatesText(this.#estimates, ",")], { type: "text/csv" }));
     const session = this.#estimates[0] ? hex(this.#estimates[0].session_id).slice(0, 8) : "none";
     el("a", { href: url, download: `tonus-${session}.csv` }).click();
     setTimeout(() => URL.revokeObjectURL(url), 1000);

@@ -5,10 +5,21 @@ import { hex } from "./contract";
 import { convergenceChart, curlChart, methodChart, springChart } from "./charts";
 import { el, panel } from "./dom";
 import { EllipseChart } from "./ellipses";
-import { conditionOf, elementNames, inOrder, matrixNames, matrixTitles, methodOf, type MatrixName } from "./matrices";
+import {
+  conditionOf,
+  elementNames,
+  inOrder,
+  matrixNames,
+  matrixTitles,
+  methodOf,
+  postureTones,
+  toneClass,
+  type MatrixName,
+} from "./matrices";
 import { ResultsTable, type TableActions } from "./results_table";
 
 const UNDETERMINED = 1;
+const USUAL_METHOD = "state_variable";
 
 export class ResultsView {
   readonly root = el("div", { class: "results" });
@@ -20,7 +31,7 @@ export class ResultsView {
   #matrix = el("select", { id: "matrix" }, ...matrixNames.map((name) => el("option", { value: name }, matrixTitles[name])));
   #ellipses = matrixNames.map((name) => new EllipseChart(name));
   #charts = { convergence: el("div"), curl: el("div"), methods: el("div"), springs: el("div") };
-  #legends = { conditions: el("ul", { class: "legend" }), methods: el("ul", { class: "legend" }), elements: el("ul", { class: "legend" }) };
+  #legends = { postures: el("ul", { class: "legend" }), springs: el("ul", { class: "legend" }), methods: el("ul", { class: "legend" }), elements: el("ul", { class: "legend" }) };
   #table: ResultsTable;
   #isDue = false;
 
@@ -40,7 +51,7 @@ export class ResultsView {
       "Ellipses, with 95 % intervals",
       "ellipses",
       el("div", { class: "columns three" }, ...this.#ellipses.map((chart) => chart.root)),
-      this.#legends.conditions,
+      this.#legends.postures,
     );
     this.age = ellipses.age;
     const table = panel("Estimates, ± standard error", "table", this.#table.root);
@@ -54,7 +65,7 @@ export class ResultsView {
         panel("Convergence", "convergence", this.#charts.convergence, this.#legends.elements).root,
         panel("Curl", "curl", this.#charts.curl, matrixLegend).root,
         panel("Methods", "methods", this.#charts.methods, this.#legends.methods).root,
-        panel("Spring centres", "springs", this.#charts.springs).root,
+        panel("Spring centres", "springs", this.#charts.springs, this.#legends.springs).root,
       ),
       table.root,
     );
@@ -98,19 +109,21 @@ export class ResultsView {
 
   #render(): void {
     const all = [...this.#newest.values()].sort(inOrder);
-    keepChoices(this.#method, unique(all.map(methodOf)));
+    keepChoices(this.#method, unique(all.map(methodOf)), USUAL_METHOD);
     keepChoices(this.#condition, unique(all.map(conditionOf)));
     const ofMethod = all.filter((estimate) => methodOf(estimate) === this.#method.value);
     const ofCondition = all.filter((estimate) => conditionOf(estimate) === this.#condition.value);
     const matrix = this.#matrix.value as MatrixName;
     const chosen = ofCondition.find((estimate) => methodOf(estimate) === this.#method.value);
     const history = chosen ? (this.#history.get(hex(chosen.estimate_id)) ?? []) : [];
-    for (const chart of this.#ellipses) chart.update(ofMethod);
+    for (const chart of this.#ellipses) chart.update(ofMethod, this.#condition.value);
     this.#charts.convergence.replaceChildren(convergenceChart(history, matrix));
     this.#charts.curl.replaceChildren(curlChart(ofMethod));
     this.#charts.methods.replaceChildren(methodChart(ofCondition, matrix));
     this.#charts.springs.replaceChildren(springChart(ofMethod));
-    legend(this.#legends.conditions, ofMethod.map(conditionOf));
+    const postures = [...postureTones(ofMethod).keys()];
+    legend(this.#legends.postures, postures);
+    legend(this.#legends.springs, postures);
     legend(this.#legends.methods, ofCondition.map(methodOf));
     legend(this.#legends.elements, elementNames.map((name) => `${matrix}${name}`));
     this.#table.update(all);
@@ -118,15 +131,15 @@ export class ResultsView {
 }
 
 function legend(list: HTMLElement, names: string[]): HTMLElement {
-  list.replaceChildren(...names.map((name, i) => el("li", { class: `tone-${i % 4}` }, name)));
+  list.replaceChildren(...names.map((name, i) => el("li", { class: toneClass(i) }, name)));
   return list;
 }
 
 const unique = (names: string[]): string[] => [...new Set(names)];
 
-function keepChoices(select: HTMLSelectElement, names: string[]): void {
+function keepChoices(select: HTMLSelectElement, names: string[], usual = ""): void {
   if (names.join("\n") === Array.from(select.options, (option) => option.value).join("\n")) return;
-  const chosen = select.value;
+  const chosen = select.value || usual;
   select.replaceChildren(...names.map((name) => el("option", { value: name }, name)));
   if (names.includes(chosen)) select.value = chosen;
 }

@@ -12,13 +12,15 @@ export class Roster {
   readonly root: HTMLElement;
   #age: HTMLElement;
   #body = el("tbody");
+  #connection: Connection;
   #entries = new Map<string, Fresh<ServiceHealth>>();
 
   constructor(connection: Connection) {
+    this.#connection = connection;
     const head = el(
       "tr",
       {},
-      ...["Service", "State", "Lag", "Dropped", "Heard"].map((name) => el("th", { scope: "col" }, name)),
+      ...["Service", "State", "Lag", "Drops", "Heard"].map((name) => el("th", { scope: "col" }, name)),
     );
     const made = panel("Services", "roster", el("div", { class: "scroll" }, el("table", {}, el("thead", {}, head), this.#body)));
     this.root = made.root;
@@ -41,6 +43,7 @@ export class Roster {
 
   /// What keeps a session from being started; empty: nothing.
   missing(): string {
+    if (this.#connection.state !== "connected") return "not connected";
     return NEEDED.flatMap((role) => {
       const health = this.#find(role);
       if (!health) return [`${roleNames[role]} is not there`];
@@ -52,16 +55,17 @@ export class Roster {
     const rows = [...this.#entries.values()]
       .filter(({ value }) => !value!.is_leaving)
       .sort((a, b) => a.value!.role - b.value!.role);
+    const word = this.#connection.state === "connected" ? "not there" : "not known";
     const absent = NEEDED.filter((role) => !rows.some(({ value }) => value!.role === role));
     this.#body.replaceChildren(
       ...rows.map(({ value, age }) => this.#row(value!, age!)),
       ...absent.map((role) =>
-        el("tr", {}, el("td", {}, roleNames[role]!), el("td", { class: "bad", colspan: 4 }, "not there")),
+        el("tr", {}, el("td", {}, roleNames[role]!), el("td", { class: "bad", colspan: 4 }, word)),
       ),
     );
     const missing = this.missing();
     this.#age.className = missing ? "age old" : "age";
-    this.#age.textContent = missing ? "not complete" : "complete";
+    this.#age.textContent = missing === "not connected" ? missing : missing ? "not complete" : "complete";
   }
 
   #row(health: ServiceHealth, age: number): HTMLElement {
@@ -72,7 +76,7 @@ export class Roster {
       "tr",
       {},
       el("td", { title: `${health.name}, version ${health.software_version}, ${health.vendor}` }, roleNames[health.role] ?? "?"),
-      el("td", { class: tone }, state),
+      el("td", { class: `${tone} long` }, state),
       el("td", { class: "number" }, `${(1000 * health.lag_s).toFixed(0)} ms`),
       el("td", { class: health.dropped > 0n ? "number bad" : "number" }, String(health.dropped)),
       el("td", { class: isGone ? "bad" : "faint" }, ageText(age)),

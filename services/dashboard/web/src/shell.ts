@@ -4,6 +4,7 @@ import "./style.css";
 import { keepToken } from "./access";
 import type { Connection, LinkState } from "./connection";
 import { el, setText } from "./dom";
+import { emergencyStop } from "./emergency_stop";
 
 const pages = [
   ["/", "Operator", "1"],
@@ -19,19 +20,26 @@ const stateTexts: Record<LinkState, string> = {
   refused: "TOKEN NEEDED",
 };
 
+// An answer is read once; one that is bad is left longer.
+const SAID_MS = 20_000;
+const SAID_BAD_MS = 60_000;
+
 export interface Shell {
   main: HTMLElement;
   say: (text: string, isBad?: boolean) => void;
 }
 
 export function buildShell(connection: Connection, current: string): Shell {
+  let silence = 0;
   const say = (text: string, isBad = false): void => {
     notice.className = isBad ? "notice bad" : "notice";
     setText(notice, text);
+    clearTimeout(silence);
+    silence = window.setTimeout(() => setText(notice, ""), isBad ? SAID_BAD_MS : SAID_MS);
   };
   const notice = el("p", { class: "notice", role: "status", "aria-live": "polite", id: "notice" });
   const link = el("span", { class: "link", id: "link", role: "status" });
-  const stop = emergencyStop(connection, say);
+  const stop = emergencyStop(connection, "EMERGENCY STOP", say);
   const nav = el("nav", { "aria-label": "Pages" });
   for (const [path, name, key] of pages) {
     nav.append(
@@ -47,46 +55,27 @@ export function buildShell(connection: Connection, current: string): Shell {
     main,
     notice,
   );
+  const showLink = (): void => {
+    const isConnected = connection.state === "connected";
+    const role = isConnected && connection.role ? ` (${connection.role})` : "";
+    const unread = connection.undecoded > 0 ? `, ${connection.undecoded} messages NOT understood` : "";
+    setText(link, stateTexts[connection.state] + role + unread);
+  };
+  setInterval(showLink, 1000);
   connection.onState((state, reason) => {
     document.body.dataset["link"] = state;
-    const role = state === "connected" && connection.role ? ` (${connection.role})` : "";
-    setText(link, stateTexts[state] + role);
+    showLink();
     banner.hidden = state === "connected" || state === "connecting";
-    const trouble = state === "refused" ? "This gateway wants a token" : "Disconnected";
-    setText(
-      banner,
-      banner.hidden ? "" : `${trouble}: ${reason}. What is shown below is old. Trying again by itself.`,
-    );
+    const trouble =
+      state === "refused" ? reason : `Disconnected: ${reason}. What is shown below is old. Trying again by itself.`;
+    setText(banner, banner.hidden ? "" : trouble);
   });
-  listenForKeys(stop);
+  listenForPageKeys();
   return { main, say };
 }
 
-function emergencyStop(connection: Connection, say: Shell["say"]): HTMLButtonElement {
-  const stop = el(
-    "button",
-    { class: "stop", id: "emergency-stop", type: "button", title: "Takes the rig's torque away at once (Ctrl+Space)" },
-    "EMERGENCY STOP",
-  );
-  stop.addEventListener("click", () => {
-    if (connection.state !== "connected") {
-      say("Emergency stop NOT sent: disconnected. Use the button at the rig.", true);
-      return;
-    }
-    say("Emergency stop is being sent…", true);
-    void connection.request("emergency_stop").then((reply) => {
-      say(`Emergency stop ${reply.is_done ? "done" : "FAILED"}: ${reply.message}`, true);
-    });
-  });
-  return stop;
-}
-
-function listenForKeys(stop: HTMLButtonElement): void {
+function listenForPageKeys(): void {
   document.addEventListener("keydown", (event) => {
-    if (event.ctrlKey && event.code === "Space") {
-      event.preventDefault();
-      stop.click();
-    }
     const page = pages.find(([, , key]) => key === event.key);
     if (event.altKey && page) {
       event.preventDefault();

@@ -1,13 +1,15 @@
-// The subject's page: target circle, hand, instruction. What it shows depends on the cue and on the hand's measured
-// place only: not on commands, not on a trial's phase, so that nothing gives away when a push comes.
+// The subject's page: target circle, hand, instruction, and a stop that looks the same at all times. What it shows
+// depends on the cue and on the hand's measured place only: not on commands, not on a trial's phase, so that nothing gives
+// away when a push comes.
 
 import "./subject.css";
 import { Connection } from "./connection";
 import type { RigDescription, SampleBlock, SessionCue, SessionState, TrialProgram } from "./contract";
 import { isActive } from "./contract";
 import { el, setText } from "./dom";
+import { emergencyStop } from "./emergency_stop";
 import { Fresh } from "./freshness";
-import { RIG_TWO_LINK, handOf, poseOf, type ShoulderPose } from "./geometry";
+import { RIG_TWO_LINK, handOf, poseOf, robotFrame, type ShoulderPose } from "./geometry";
 
 const OLD_CURSOR_S = 0.5;
 const ZOOM_KEY = "tonus-subject-pixels-per-cm";
@@ -31,7 +33,13 @@ zoom.value = localStorage.getItem(ZOOM_KEY) ?? "120";
 zoom.addEventListener("input", () => localStorage.setItem(ZOOM_KEY, zoom.value));
 const full = el("button", { type: "button", id: "full-screen" }, "Full screen (F)");
 const setup = el("div", { class: "setup" }, el("a", { href: "/" }, "Operator"), el("label", {}, "1 cm = ", zoom, " px"), full);
-document.body.append(canvas, instruction, trouble, setup);
+const STOP_SAID_MS = 10000;
+let stopSaid = { text: "", at: -Infinity };
+const stop = emergencyStop(connection, "STOP", (text) => {
+  stopSaid = { text, at: performance.now() };
+  showText();
+});
+document.body.append(canvas, instruction, trouble, stop, setup);
 
 function toggleFullScreen(): void {
   if (document.fullscreenElement) void document.exitFullscreen();
@@ -71,7 +79,7 @@ connection.subscribe<SampleBlock>("rig/samples", (arrival) => {
 function handFromTarget(target: SessionCue): [number, number] | undefined {
   const last = samples.value?.samples.at(-1);
   if (!rig || !last || (samples.age ?? Infinity) > OLD_CURSOR_S) return undefined;
-  if (rig.kind !== RIG_TWO_LINK) return handOf(rig, { origin: [0, 0], angle: 0 }, last).position;
+  if (rig.kind !== RIG_TWO_LINK) return handOf(rig, robotFrame, last).position;
   if (!pose) return undefined;
   const { position } = handOf(rig, pose, last);
   return [position[0] - target.target_m[0]!, position[1] - target.target_m[1]!];
@@ -111,16 +119,16 @@ function drawTarget(context: CanvasRenderingContext2D, target: SessionCue, x: nu
 }
 requestAnimationFrame(draw);
 
-setInterval(() => {
+function showText(): void {
   const isConnected = connection.state === "connected";
   const isGoing = session.value !== undefined && isActive(session.value.phase);
-  setText(
-    trouble,
-    connection.state === "refused"
-      ? "A token is needed: open this page as /subject#token=…"
-      : isConnected || connection.state === "connecting"
-        ? ""
-        : "Disconnected. Please wait.",
-  );
+  const link = {
+    refused: "A token is needed: open this page as /subject#token=…",
+    disconnected: "Disconnected. Please wait.",
+    connecting: "",
+    connected: "",
+  }[connection.state];
+  setText(trouble, performance.now() - stopSaid.at < STOP_SAID_MS ? stopSaid.text : link);
   setText(instruction, !isConnected ? "" : isGoing ? (cue.value?.instruction ?? "") : "Please wait for the operator.");
-}, 250);
+}
+setInterval(showText, 250);

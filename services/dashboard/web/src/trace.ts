@@ -1,13 +1,16 @@
-// Live traces: hand position and force against time, drawn at the display's rate.
+// Live traces: hand position and force against time, drawn at the display's rate; the newest values as text.
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
 import type { RigDescription, SampleBlock, TrialProgram } from "./contract";
-import { RIG_TWO_LINK, handOf, poseOf, robotFrame, type ShoulderPose } from "./geometry";
-import { el } from "./dom";
+import { el, setText } from "./dom";
+import { RIG_TWO_LINK, handOf, poseOf, type ShoulderPose } from "./geometry";
 
 const WINDOW_S = 10;
-const HEIGHT = 165; // CSS pixels
+const HEIGHT = 158; // CSS pixels
+// Half of the least height of a plot: noise at rest is not to look like motion. In mm and N; other units have none.
+const LEAST_MM = 2;
+const LEAST_N = 1;
 const POINTS_PER_S = 250; // more than a screen has columns for
 const CAPACITY = WINDOW_S * POINTS_PER_S * 2;
 
@@ -31,13 +34,18 @@ class Ring {
   }
 }
 
+/// Where the handle is at home, and along the robot's axes: before any trial.
+const homeOf = (rig: RigDescription): ShoulderPose => ({ origin: [rig.home_m[0]!, rig.home_m[1]!], angle: 0 });
+
 export class Trace {
   readonly root = el("div", { class: "trace" });
   frames = 0; // drawn since the page was loaded
   #ring = new Ring();
   #plots: uPlot[] = [];
+  #values: HTMLElement[] = [];
   #rig?: RigDescription;
-  #pose: ShoulderPose = robotFrame;
+  #pose?: ShoulderPose; // unknown until a trial says where the subject sits
+  #heading?: HTMLElement; // of the hand
   #posture: [number, number] = [0, 0]; // in S, m
   #epoch = -1n;
   #last = -Infinity; // s, of the newest sample
@@ -69,12 +77,13 @@ export class Trace {
     const isSame =
       posture[0] === this.#posture[0] &&
       posture[1] === this.#posture[1] &&
-      pose.angle === this.#pose.angle &&
+      pose.angle === this.#pose?.angle &&
       pose.origin[0] === this.#pose.origin[0] &&
       pose.origin[1] === this.#pose.origin[1];
     if (isSame) return;
     this.#pose = pose;
     this.#posture = posture;
+    if (this.#heading) setText(this.#heading, this.#handTitle());
     this.#ring.clear(); // what is there is in another frame
     this.#lastKept = -Infinity;
   }
@@ -87,13 +96,14 @@ export class Trace {
       this.#last = this.#lastKept = -Infinity;
     }
     const scale = this.#rig.displacement_unit === "m" ? 1000 : 1;
+    const pose = this.#pose ?? homeOf(this.#rig);
     for (const sample of block.samples) {
       const time = Number(sample.acquisition_ns) / 1e9;
       if (time < this.#last) continue;
       this.#last = time;
       if (time - this.#lastKept < 1 / POINTS_PER_S - 1e-9) continue;
       this.#lastKept = time;
-      const hand = handOf(this.#rig, this.#pose, sample);
+      const hand = handOf(this.#rig, pose, sample);
       this.#ring.push(time, [
         scale * (hand.position[0] - this.#posture[0]),
         scale * (hand.position[1] - this.#posture[1]),
@@ -103,6 +113,14 @@ export class Trace {
     }
     this.#arrived = performance.now();
     this.#hasNews = true;
+  }
+
+  /// The newest values; less often than the drawing, so that they can be read.
+  renderValues(): void {
+    this.#values.forEach((value, i) => {
+      const newest = this.#ring.series[i]!.at(-1);
+      setText(value, newest === undefined ? "–" : newest.toFixed(2));
+    });
   }
 
   #draw(): void {
@@ -125,31 +143,47 @@ export class Trace {
   #build(): void {
     if (!this.#rig) return;
     for (const plot of this.#plots) plot.destroy();
+    this.root.replaceChildren();
     const displacement = this.#rig.displacement_unit === "m" ? "mm" : this.#rig.displacement_unit;
-    const isOneAxis = this.#rig.kind !== RIG_TWO_LINK;
-    this.#plots = [
-      this.#plot(isOneAxis ? "Displacement" : "Hand from the posture", displacement, ["x", "y"]),
-      this.#plot("Force on the arm", this.#rig.force_unit, ["Fx", "Fy"]),
-    ];
+    const force = this.#rig.force_unit;
+    this.#values = [];
+    this.#plots = [];
+    this.#plots.push(this.#plot(this.#handTitle(), displacement, ["x", "y"], displacement === "mm" ? LEAST_MM : 0));
+    this.#plots.push(this.#plot("Force on the arm", force, ["Fx", "Fy"], force === "N" ? LEAST_N : 0));
   }
 
-  #plot(title: string, unit: string, names: [string, string]): uPlot {
+  #handTitle(): string {
+    if (this.#rig?.kind !== RIG_TWO_LINK) return "Displacement";
+    return this.#pose ? "Hand from the posture" : "Hand from home";
+  }
+
+  #plot(title: string, unit: string, names: [string, string], least: number): uPlot {
+    const values = names.map(() => el("output", {}, "–"));
+    this.#values.push(...values);
+    const keys = names.map((name, i) => el("span", { class: `key key-${i}` }, name, values[i]!, unit));
+    const heading = el("h3", {}, title);
+    if (this.#plots.length === 0) this.#heading = heading;
+    this.root.append(el("div", { class: "heading" }, heading, ...keys));
     const style = getComputedStyle(document.documentElement);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
     const axis = { stroke: colour("--faint"), grid: { stroke: colour("--line"), width: 1 } };
-    const show = (_: unknown, value: number | null): string => (value === null ? "–" : `${value.toFixed(2)} ${unit}`);
+    const range = (_: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax => {
+      const margin = 0.08 * ((high ?? 0) - (low ?? 0));
+      return [Math.min((low ?? 0) - margin, -least), Math.max((high ?? 0) + margin, least)];
+    };
+    const seconds = (_: uPlot, ticks: number[]): string[] => ticks.map((tick) => (tick < 0 ? "" : `${tick} s`));
     return new uPlot(
       {
-        title: `${title} (${unit})`,
         width: Math.max(240, this.root.clientWidth),
         height: HEIGHT,
-        cursor: { drag: { x: false, y: false } },
-        scales: { x: { time: false } },
-        axes: [{ ...axis, label: "rig's clock (s)", size: 34, labelSize: 18 }, { ...axis, size: 56 }],
+        legend: { show: false },
+        cursor: { show: false },
+        scales: { x: { time: false }, y: { range } },
+        axes: [{ ...axis, size: 30, values: seconds }, { ...axis, size: 48 }],
         series: [
-          { label: "s", value: (_, value) => (value === null ? "–" : value.toFixed(3)) },
-          { label: names[0], stroke: colour("--x"), width: 1.5, value: show },
-          { label: names[1], stroke: colour("--y"), width: 1.5, dash: [6, 3], value: show },
+          {},
+          { stroke: colour("--x"), width: 1.5 },
+          { stroke: colour("--y"), width: 1.5, dash: [6, 3] },
         ],
       },
       [[], [], []],
