@@ -39,5 +39,6 @@ int main(int argc, char** argv) {
   identification::IdentificationService service(*settings, std::move(*endpoints), std::move(*health),
                                                 std::move(*roster), clock);
   runtime::run_loop(*notifier, stop, [&] { return service.step(); });
+  service.finish();
   return 0;
 }

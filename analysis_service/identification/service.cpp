@@ -70,6 +70,22 @@ Clock::TimePoint IdentificationService::step() {
   return std::min({core_.next_due(now), report_due, has_unsent ? now + kRetry : Clock::TimePoint::max()});
 }
 
+void IdentificationService::finish() {
+  constexpr std::chrono::milliseconds kToPublish{1000};
+  constexpr std::chrono::milliseconds kToArrive{500};
+  const Clock::TimePoint limit = clock_.now() + kToPublish;
+  bool is_owing = true;
+  while (is_owing && clock_.now() < limit) {
+    const bool is_due = step() <= clock_.now();
+    is_owing = is_due || !verdicts_.empty() || !estimates_.empty();
+  }
+  const bool are_verdicts_there = endpoints_.verdicts.wait_acknowledged(kToArrive);
+  const bool are_estimates_there = endpoints_.estimates.wait_acknowledged(kToArrive);
+  if (is_owing || !are_verdicts_there || !are_estimates_there)
+    spdlog::warn("ends with {} verdicts and {} estimates that not every reader has", verdicts_.size(),
+                 estimates_.size());
+}
+
 void IdentificationService::take_descriptions() {
   for (const auto& received : runtime::drain(endpoints_.descriptions)) {
     const v1::RigDescription& description = received.value;

@@ -263,6 +263,23 @@ TEST_F(IdentificationServiceTest, AnswersEachTrialByAVerdictAndTheConditionsEsti
   EXPECT_THAT(runtime::drain(peers.live), ::testing::Not(IsEmpty()));
 }
 
+TEST_F(IdentificationServiceTest, PublishesTheEstimateBehindTheLastVerdictBeforeItEnds) {
+  const auto service = start();
+  Peers peers(fabric_);
+  peers.introduce();
+  ASSERT_TRUE(becomes_ready(*service, peers));
+  const auto& trial = trials_.front();
+  peers.command(trial);
+  peers.send_rows(trial, trial.report.range);
+  peers.report(trial);
+  ASSERT_THAT(receive(*service, peers.verdicts, 1), SizeIs(1));
+  ASSERT_THAT(runtime::drain(peers.estimates), IsEmpty());  // a verdict waits for no estimate
+
+  service->finish();
+
+  EXPECT_THAT(runtime::drain(peers.estimates), SizeIs(1));
+}
+
 TEST_F(IdentificationServiceTest, ComesToTheSameEstimateAfterARestart) {
   auto service = start();
   Peers peers(fabric_);
