@@ -106,8 +106,7 @@ Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& s
   }
   for (auto& [condition, list] : trials) {
     ConditionAnalysis result{condition, std::move(list), {}};
-    for (const impedance::Options& options : analyses()) {
-      auto estimate = impedance::identify(result.trials, options);
+    for (auto& estimate : impedance::identify_each(result.trials, analyses())) {
       if (!estimate) return estimate.error();
       result.estimates.push_back(std::move(*estimate));
     }

@@ -57,73 +57,7 @@ std::string fitting_error_text(const ConditionAnalysis& condition, Model model) 
   return error ? fmt::format("{:.2f}, {:.2f}", (*error)[0], (*error)[1]) : kNone;
 }
 
-/// Entries within a spread of the truth, and those that are not.
-struct Within {
-  int inside = 0;
-  int all = 0;
-  std::string outside;
-  void add(const std::string& name, double found, double truth, double spread) {
-    ++all;
-    if (std::abs(found - truth) <= spread) {
-      ++inside;
-    } else {
-      outside += fmt::format("{}{}: {:.3f}, true {:.3f} ± {:.3f}", outside.empty() ? "" : "; ", name, found,
-                             truth, spread);
-    }
-  }
-};
-
-void add_constants(Within& within, const Subject& subject, Hypothesis hypothesis, double spread) {
-  const auto found = subject.fit(hypothesis);
-  const auto truth = subject.true_fit(hypothesis);
-  if (!found || !truth) return;
-  for (Eigen::Index i = 0; i < found->constants.size(); ++i) {
-    within.add(subject.name + " " + std::string(impedance::name_of(hypothesis)), found->constants[i],
-               truth->constants[i], spread);
-  }
-}
-
 }  // namespace
-
-Table spread_table(const Study& study) {
-  Within one;
-  Within three;
-  Within four;
-  for (std::size_t s = 0; s < study.subjects.size(); ++s) {
-    const Subject& subject = study.subjects[s];
-    if (!subject.unloaded || !subject.truth) continue;
-    for (std::size_t m = 0; s < published::kTableOne.size() && m < std::size(impedance::kMethods); ++m) {
-      const auto masses = subject.link_masses(impedance::kMethods[m]);
-      if (!masses) continue;
-      const std::string name = subject.name + " " + std::string(name_of(impedance::kMethods[m]));
-      one.add(name + " m1", masses->mass[0], subject.truth->link_masses[0],
-              published::kTableOne[s].upper_arm[m].sd);
-      one.add(name + " m2", masses->mass[1], subject.truth->link_masses[1],
-              published::kTableOne[s].forearm[m].sd);
-    }
-    if (s >= published::kTableThree.size()) continue;
-    const auto& printed = published::kTableThree[s];
-    add_constants(three, subject, Hypothesis::kSS, printed.tau.sd);
-    add_constants(three, subject, Hypothesis::kSD, printed.zeta.sd);
-    add_constants(four, subject, Hypothesis::kMS, printed.tau.sd);
-    add_constants(four, subject, Hypothesis::kMD, printed.zeta.sd);
-  }
-  Table table{
-      "spread",
-      "Entries within the published spread of the cohort's truth",
-      "Spread: one standard deviation as printed for the same subject; Table IV prints none, so that of "
-      "the subject's tau and zeta in Table III.",
-      {"table", "inside", "of", "outside"},
-      {}};
-  const auto add = [&table](const char* name, const Within& within) {
-    table.rows.push_back({name, std::to_string(within.inside), std::to_string(within.all),
-                          within.outside.empty() ? kNone : within.outside});
-  };
-  add("I", one);
-  add("III", three);
-  add("IV", four);
-  return table;
-}
 
 Table table_one(const Study& study) {
   Table table{
