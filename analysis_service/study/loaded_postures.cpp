@@ -3,15 +3,13 @@
 #include <algorithm>
 #include <iterator>
 #include <map>
-#include <numbers>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "analysis_service/study/units.hpp"
+
 namespace tonus::study {
 namespace {
-
-constexpr double kMillimetres = 1e3;
-constexpr double kDegrees = 180.0 / std::numbers::pi;
 
 Eigen::Matrix2d matrix(const v1::MatrixEstimate& estimate) {
   const auto& v = estimate.value();

@@ -1,18 +1,15 @@
 #include "analysis_service/study/loaded_table.hpp"
 
 #include <algorithm>
-#include <numbers>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/identification/condition_book.hpp"
 #include "analysis_service/identification/wire.hpp"
 #include "analysis_service/study/tables.hpp"
+#include "analysis_service/study/units.hpp"
 
 namespace tonus::study {
 namespace {
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kMillimetres = 1e3;
 
 v1::Estimate wire_of(const ConditionAnalysis& condition, const impedance::Estimate& estimate) {
   identification::ConditionEstimate made;
@@ -30,6 +27,14 @@ std::vector<LoadedPosture> loaded_of(const Subject& subject) {
     if (const auto* e = condition.find()) estimates.push_back(wire_of(condition, *e));
   }
   return loaded_postures(estimates);
+}
+
+const ConditionAnalysis& condition_of(const Subject& subject, const LoadedPosture& posture,
+                                      const LoadedSet& set) {
+  const auto& conditions = subject.loaded->conditions;
+  return *std::find_if(conditions.begin(), conditions.end(), [&](const ConditionAnalysis& c) {
+    return c.condition.posture_index == posture.posture_index && c.condition.set == set.set_number;
+  });
 }
 
 Table loaded_table(const Study& study) {
@@ -58,13 +63,10 @@ Table loaded_table(const Study& study) {
             fmt::format("{:+.2f} ± {:.2f}, {:+.2f} ± {:.2f}", kMillimetres * set.actual[0],
                         kMillimetres * set.actual_std[0], kMillimetres * set.actual[1],
                         kMillimetres * set.actual_std[1])};
-        const auto& conditions = subject.loaded->conditions;
-        const auto own = std::find_if(conditions.begin(), conditions.end(), [&](const auto& c) {
-          return c.condition.posture == posture.posture && c.condition.set == set.set_number;
-        });
-        const auto still = impedance::static_stiffness(own->trials, static_options());
+        const auto& trials = condition_of(subject, posture, set).trials;
+        const auto still = impedance::static_stiffness(trials, static_options());
         row.push_back(still ? fmt::format("{} ({} of {})", vector(still->X0, kMillimetres),
-                                          still->points.size(), own->trials.size())
+                                          still->points.size(), trials.size())
                             : "–");
         for (const auto& modulation : {set.stiffness, set.damping}) {
           row.push_back(modulation ? fmt::format("{:.2f}", modulation->size_ratio) : "–");

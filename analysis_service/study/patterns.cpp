@@ -1,16 +1,15 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <numbers>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/impedance/constrained.hpp"
 #include "analysis_service/impedance/ellipse.hpp"
-#include "analysis_service/impedance/reconstruction.hpp"
 #include "analysis_service/study/loaded_table.hpp"
 #include "analysis_service/study/tables.hpp"
 #include "analysis_service/study/tally.hpp"
+#include "analysis_service/study/units.hpp"
 
 namespace tonus::study {
 namespace {
@@ -18,9 +17,6 @@ namespace {
 using impedance::Hypothesis;
 using impedance::Method;
 using Matrix = impedance::AxisMatrix;
-
-constexpr double kDegrees = 180.0 / std::numbers::pi;
-constexpr double kMillimetres = 1e3;
 
 /// Calls `use` with every unloaded condition that has a state-variable estimate.
 template <typename Use>
@@ -141,17 +137,14 @@ void add_models(Table& table, const Study& study) {
   using impedance::Model;
   Share above;
   Spread gain;
-  for_each_posture(study, [&](const Subject&, const ConditionAnalysis& c, const impedance::Estimate& linear) {
-    const auto error = [&](const impedance::Estimate* e) {
-      return e == nullptr ? std::nullopt : std::optional(impedance::reconstruction_error(c.trials, *e, {}));
-    };
-    const auto with = error(&linear);
-    const auto without = error(c.find(Method::kStateVariable, Model::kNoDamping));
-    const auto coriolis = error(c.find(Method::kStateVariable, Model::kCoriolis));
-    if (!with || !*with || !without || !*without || !coriolis || !*coriolis) return;
+  for_each_posture(study, [&](const Subject&, const ConditionAnalysis& c, const impedance::Estimate&) {
+    const auto with = c.fitting_error(Model::kLinear);
+    const auto without = c.fitting_error(Model::kNoDamping);
+    const auto coriolis = c.fitting_error(Model::kCoriolis);
+    if (!with || !without || !coriolis) return;
     for (const Eigen::Index axis : {0, 1}) {
-      above.add((**without)[axis] > (**with)[axis]);
-      gain.add(1e3 * ((**without)[axis] - (**coriolis)[axis]));
+      above.add((*without)[axis] > (*with)[axis]);
+      gain.add(1e3 * ((*without)[axis] - (*coriolis)[axis]));
     }
   });
   add_row(table, "fitting error larger without damping (13) than with it (3)", "in every case", above.text());

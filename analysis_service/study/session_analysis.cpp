@@ -6,6 +6,7 @@
 
 #include "analysis_service/identification/conversion.hpp"
 #include "analysis_service/identification/wire.hpp"
+#include "analysis_service/impedance/reconstruction.hpp"
 
 namespace tonus::study {
 namespace {
@@ -75,6 +76,13 @@ const impedance::Estimate* ConditionAnalysis::find(impedance::Method method, imp
                estimate.status != impedance::Status::kUndetermined;
       });
   return found == estimates.end() ? nullptr : &*found;
+}
+
+std::optional<impedance::AxisVector> ConditionAnalysis::fitting_error(impedance::Model model) const {
+  const auto* estimate = find(impedance::Method::kStateVariable, model);
+  if (estimate == nullptr) return std::nullopt;
+  const auto error = impedance::reconstruction_error(trials, *estimate, {});
+  return error ? std::optional(*error) : std::nullopt;
 }
 
 impedance::StaticOptions static_options() {

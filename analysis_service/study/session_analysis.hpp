@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -20,6 +21,10 @@ struct ConditionAnalysis {
   /// None where it was not asked for or could not be made.
   [[nodiscard]] const impedance::Estimate* find(impedance::Method method = impedance::Method::kStateVariable,
                                                 impedance::Model model = impedance::Model::kLinear) const;
+
+  /// Average fitting error (16) of the measured force by state-variable filtering, N per axis
+  /// (impedance/reconstruction.hpp); none without that estimate.
+  [[nodiscard]] std::optional<impedance::AxisVector> fitting_error(impedance::Model model) const;
 };
 
 /// How the study scans a trial for rest (19): as published, the speed being that of the displacement below 5

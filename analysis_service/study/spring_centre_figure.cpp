@@ -1,26 +1,15 @@
 #include "analysis_service/study/spring_centre_figure.hpp"
 
-#include <Eigen/LU>
-#include <map>
+#include <Eigen/Core>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/impedance/static_stiffness.hpp"
+#include "analysis_service/study/loaded_table.hpp"
 
 namespace tonus::study {
 
 std::optional<Figure> spring_centre_figure(const Subject& subject) {
-  struct Reference {
-    Eigen::Matrix2d K = Eigen::Matrix2d::Zero();
-    int count = 0;
-  };
   constexpr double kEnlarged = 12.0;  // times, of the vectors
-  std::map<std::uint32_t, Reference> references;
-  for (const auto& c : subject.loaded->conditions) {
-    const auto* e = c.find();
-    if (e == nullptr || c.condition.is_loaded()) continue;
-    references[c.condition.posture_index].K += Eigen::Matrix2d(e->value.K);
-    ++references[c.condition.posture_index].count;
-  }
   std::size_t resting = 0;
   std::size_t sets = 0;
   std::string predicted;
@@ -30,19 +19,17 @@ std::optional<Figure> spring_centre_figure(const Subject& subject) {
     const Eigen::Vector2d to = kEnlarged * centre;
     return fmt::format("{:.5f} {:.5f} {:.5f} {:.5f}\n", from.x(), from.y(), to.x(), to.y());
   };
-  for (const auto& c : subject.loaded->conditions) {
-    const auto* e = c.find();
-    const auto reference = references.find(c.condition.posture_index);
-    if (e == nullptr || !c.condition.is_loaded() || reference == references.end()) continue;
-    const auto centre =
-        impedance::predicted_spring_centre(reference->second.K / reference->second.count, c.condition.bias);
-    if (!centre) continue;
-    predicted += arrow(c.condition.position, *centre);
-    const auto still = impedance::static_stiffness(c.trials, static_options());
-    ++sets;
-    if (still) ++resting;
-    actual += arrow(c.condition.position, still ? Eigen::Vector2d(still->X0) : Eigen::Vector2d(e->value.X0));
-    places += fmt::format("{:.5f} {:.5f}\n", c.condition.position.x(), c.condition.position.y());
+  for (const LoadedPosture& posture : loaded_of(subject)) {
+    for (const LoadedSet& set : posture.sets) {
+      const ConditionAnalysis& own = condition_of(subject, posture, set);
+      const Eigen::Vector2d& place = own.condition.position;
+      const auto still = impedance::static_stiffness(own.trials, static_options());
+      ++sets;
+      if (still) ++resting;
+      predicted += arrow(place, set.predicted);
+      actual += arrow(place, still ? Eigen::Vector2d(still->X0) : set.actual);
+      places += fmt::format("{:.5f} {:.5f}\n", place.x(), place.y());
+    }
   }
   if (predicted.empty()) return std::nullopt;
   return Figure{

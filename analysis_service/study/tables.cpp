@@ -5,7 +5,6 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
-#include "analysis_service/impedance/reconstruction.hpp"
 #include "analysis_service/study/published.hpp"
 
 namespace tonus::study {
@@ -51,9 +50,7 @@ const ConditionAnalysis* posture_of(const Subject& subject, const std::string& p
 }
 
 std::string fitting_error_text(const ConditionAnalysis& condition, Model model) {
-  const auto* estimate = condition.find(Method::kStateVariable, model);
-  if (estimate == nullptr) return kNone;
-  const auto error = impedance::reconstruction_error(condition.trials, *estimate, {});
+  const auto error = condition.fitting_error(model);
   return error ? fmt::format("{:.2f}, {:.2f}", (*error)[0], (*error)[1]) : kNone;
 }
 

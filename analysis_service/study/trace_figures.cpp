@@ -45,14 +45,9 @@ std::optional<Figure> convergence_figure(const Subject& subject) {
   const auto& conditions = subject.unloaded->conditions;
   const auto* e = conditions.empty() ? nullptr : conditions.front().find();
   if (e == nullptr || e->trace.empty()) return std::nullopt;
-  struct Panel {
-    const char* title;
-    Matrix impedance::Parameters::*which;
-  };
   std::string rows =
       "# end of the fitted window (s from onset), then xx xy yx yy of M, B, K, each as a share of the "
-      "largest "
-      "element of the final matrix\n";
+      "largest element of the final matrix\n";
   for (const auto& point : e->trace) {
     rows += fmt::format("{:.3f}", point.end_time);
     for (Matrix impedance::Parameters::*const which :

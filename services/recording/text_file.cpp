@@ -15,22 +15,6 @@
 namespace tonus::recording {
 namespace {
 
-class FileDescriptor {
- public:
-  explicit FileDescriptor(int descriptor) : descriptor_(descriptor) {}
-  ~FileDescriptor() {
-    if (descriptor_ >= 0) ::close(descriptor_);
-  }
-  FileDescriptor(const FileDescriptor&) = delete;
-  FileDescriptor& operator=(const FileDescriptor&) = delete;
-  [[nodiscard]] int get() const { return descriptor_; }
-  [[nodiscard]] int release() { return std::exchange(descriptor_, -1); }
-  [[nodiscard]] bool close() { return ::close(std::exchange(descriptor_, -1)) == 0; }
-
- private:
-  int descriptor_;
-};
-
 Error io_error(const std::filesystem::path& path, const char* what) {
   const int reason = errno;
   const bool is_absent = reason == ENOENT || reason == ENOTDIR;
@@ -53,23 +37,12 @@ Result<std::string> read_text(const std::filesystem::path& path) {
   }
 }
 
-LineReader::LineReader(std::filesystem::path path, int descriptor, std::size_t size)
-    : path_(std::move(path)), descriptor_(descriptor), size_(size) {
+bool FileDescriptor::close() { return descriptor_ < 0 || ::close(std::exchange(descriptor_, -1)) == 0; }
+
+LineReader::LineReader(std::filesystem::path path, FileDescriptor file, std::size_t size)
+    : path_(std::move(path)), file_(std::move(file)), size_(size) {
   constexpr std::size_t kBuffer = 256 * 1024;  // stays in a processor's cache
   buffer_.resize(std::min(kBuffer, size + 1));
-}
-
-LineReader::LineReader(LineReader&& other) noexcept
-    : path_(std::move(other.path_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      size_(other.size_),
-      buffer_(std::move(other.buffer_)),
-      given_(other.given_),
-      filled_(other.filled_),
-      is_first_(other.is_first_) {}
-
-LineReader::~LineReader() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 Result<LineReader> LineReader::open(const std::filesystem::path& path) {
@@ -79,7 +52,7 @@ Result<LineReader> LineReader::open(const std::filesystem::path& path) {
   if (::fstat(file.get(), &info) != 0) return io_error(path, "cannot be read");
   if (!S_ISREG(info.st_mode))
     return fail(ErrorCode::kIo, path.string() + ": cannot be read: not a regular file");
-  return LineReader(path, file.release(), static_cast<std::size_t>(info.st_size));
+  return LineReader(path, std::move(file), static_cast<std::size_t>(info.st_size));
 }
 
 Result<std::string_view> LineReader::next() {
@@ -89,7 +62,7 @@ Result<std::string_view> LineReader::next() {
   given_ = 0;
   while (true) {
     if (filled_ == buffer_.size()) buffer_.resize(2 * buffer_.size());  // a line longer than the buffer
-    const ssize_t count = ::read(descriptor_, buffer_.data() + filled_, buffer_.size() - filled_);
+    const ssize_t count = ::read(file_.get(), buffer_.data() + filled_, buffer_.size() - filled_);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return io_error(path_, "cannot be read");
     const bool is_end = count == 0;
