@@ -89,10 +89,22 @@ async function stop(page, answer) {
   await until(page, answer, (seen) => seen.startsWith("Emergency stop done"), "answer to the emergency stop");
 }
 
+/// The rig refuses to clear its fault until the handle is at rest: whoever reads that presses again.
+async function resumeOnceAtRest(page) {
+  const deadline = Date.now() + STEP_MS;
+  for (;;) {
+    await page.locator("#resume:enabled").click();
+    const answer = await until(page, "#notice", (seen) => /^resume: (done|refused)/.test(seen), "answer to resume");
+    if (answer.startsWith("resume: done")) return;
+    expect(Date.now() < deadline, `the fault is cleared: ${answer}`);
+    await page.waitForTimeout(200);
+  }
+}
+
 async function goOnAfterStop(page) {
   await until(page, "#fact-rig", (seen) => seen === "fault", "the rig's fault");
   await phase(page, "waiting");
-  await page.locator("#resume:enabled").click();
+  await resumeOnceAtRest(page);
   await phase(page, "running");
   await until(page, "#fact-rig", (seen) => seen !== "fault", "the fault has been cleared");
 }

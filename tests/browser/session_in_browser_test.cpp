@@ -116,7 +116,8 @@ TEST(SessionInBrowser, IsSteeredFromThePagesAndThePagesShowWhatTheArchiveHolds) 
   const std::string listen = "127.0.0.1:" + std::to_string(free_port());
   Process system(program("tonus"),
                  {"up", "--dashboard", "--dashboard-listen", listen, "--domain", std::to_string(own_domain()),
-                  "--data", (folder / "data").string(), "--speed", "real"},
+                  "--data", (folder / "data").string(), "--speed", "real", "--profile",
+                  source_file("tests/browser/profile.toml").string()},
                  folder / "up.log");
   ASSERT_TRUE(system.wait_for_output("dashboard serves http://" + listen, kStartLimit)) << system.output();
   std::filesystem::create_directories(TONUS_SCREENSHOTS);
