@@ -7,7 +7,6 @@
 #include <sys/file.h>
 #include <sys/stat.h>
 #include <unistd.h>
-#include <utility>
 
 namespace tonus::archive {
 namespace {
@@ -26,36 +25,24 @@ bool is_still_there(const std::string& path, int descriptor) {
 Result<StoreLock> StoreLock::take(const std::string& store_path) {
   const std::string path = store_path + "-lock";
   while (true) {
-    const int descriptor = ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644);
-    if (descriptor < 0) {
+    StoreLock lock(path, FileDescriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)));
+    if (!lock.file_.is_open()) {
       return fail(ErrorCode::kIo, fmt::format("store '{}': cannot be opened for writing: {}", store_path,
                                               std::strerror(errno)));
     }
-    StoreLock lock(path, descriptor);
-    if (::flock(descriptor, LOCK_EX | LOCK_NB) != 0) {
-      lock.path_.clear();  // not ours to remove
+    if (::flock(lock.file_.get(), LOCK_EX | LOCK_NB) != 0) {
+      (void)lock.file_.close();  // not ours to remove
       return fail(
           ErrorCode::kUnavailable,
           fmt::format("store '{}': is in use: another archive writes it, and one may at a time", store_path));
     }
-    if (is_still_there(path, descriptor)) return lock;
-    lock.path_.clear();
+    if (is_still_there(path, lock.file_.get())) return lock;
+    (void)lock.file_.close();
   }
 }
 
-StoreLock::StoreLock(StoreLock&& other) noexcept
-    : path_(std::exchange(other.path_, {})), descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-StoreLock& StoreLock::operator=(StoreLock&& other) noexcept {
-  std::swap(path_, other.path_);
-  std::swap(descriptor_, other.descriptor_);
-  return *this;
-}
-
 StoreLock::~StoreLock() {
-  if (descriptor_ < 0) return;
-  if (!path_.empty()) ::unlink(path_.c_str());
-  ::close(descriptor_);
+  if (file_.is_open()) ::unlink(path_.c_str());
 }
 
 }  // namespace tonus::archive

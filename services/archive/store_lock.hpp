@@ -1,7 +1,9 @@
 #pragma once
 
 #include <string>
+#include <utility>
 
+#include "services/core/file_descriptor.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus::archive {
@@ -13,15 +15,15 @@ class StoreLock {
   /// kUnavailable where another program writes the store; kIo where the file cannot be made.
   [[nodiscard]] static Result<StoreLock> take(const std::string& store_path);
 
-  StoreLock(StoreLock&& other) noexcept;
-  StoreLock& operator=(StoreLock&& other) noexcept;
+  StoreLock(StoreLock&&) noexcept = default;
+  StoreLock& operator=(StoreLock&&) = delete;
   ~StoreLock();
 
  private:
-  StoreLock(std::string path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
+  StoreLock(std::string path, FileDescriptor file) : path_(std::move(path)), file_(std::move(file)) {}
 
   std::string path_;
-  int descriptor_ = -1;
+  FileDescriptor file_;
 };
 
 }  // namespace tonus::archive

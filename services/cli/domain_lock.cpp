@@ -9,7 +9,6 @@
 #include <string>
 #include <sys/file.h>
 #include <unistd.h>
-#include <utility>
 
 namespace tonus::cli {
 
@@ -17,27 +16,21 @@ Result<DomainLock> DomainLock::take(int domain) {
   const char* runtime = std::getenv("XDG_RUNTIME_DIR");
   const std::filesystem::path folder = runtime != nullptr && *runtime != '\0' ? runtime : "/tmp";
   const auto path = folder / fmt::format("tonus-domain-{}.lock", domain);
-  DomainLock lock(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  if (lock.descriptor_ < 0)
+  DomainLock lock(FileDescriptor(open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)));
+  if (!lock.file_.is_open())
     return fail(ErrorCode::kIo, fmt::format("{}: {}", path.string(), std::strerror(errno)));
-  if (flock(lock.descriptor_, LOCK_EX | LOCK_NB) != 0) {
+  if (flock(lock.file_.get(), LOCK_EX | LOCK_NB) != 0) {
     char holder[32] = {};
-    if (read(lock.descriptor_, holder, sizeof holder - 1) <= 0) holder[0] = '?';
+    if (read(lock.file_.get(), holder, sizeof holder - 1) <= 0) holder[0] = '?';
     return fail(ErrorCode::kAlreadyExists,
                 fmt::format("--domain {} is in use by process {}; any other from 0 to 232 is allowed", domain,
                             holder));
   }
   const std::string self = std::to_string(getpid());
-  if (ftruncate(lock.descriptor_, 0) != 0 || write(lock.descriptor_, self.data(), self.size()) < 0) {
+  if (ftruncate(lock.file_.get(), 0) != 0 || write(lock.file_.get(), self.data(), self.size()) < 0) {
     return fail(ErrorCode::kIo, fmt::format("{}: {}", path.string(), std::strerror(errno)));
   }
   return lock;
-}
-
-DomainLock::DomainLock(DomainLock&& other) noexcept : descriptor_(std::exchange(other.descriptor_, -1)) {}
-
-DomainLock::~DomainLock() {
-  if (descriptor_ >= 0) close(descriptor_);
 }
 
 }  // namespace tonus::cli

@@ -1,5 +1,8 @@
 #pragma once
 
+#include <utility>
+
+#include "services/core/file_descriptor.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus::cli {
@@ -11,13 +14,10 @@ class DomainLock {
   /// kAlreadyExists names the domain and the process that has it.
   [[nodiscard]] static Result<DomainLock> take(int domain);
 
-  DomainLock(DomainLock&& other) noexcept;
-  DomainLock& operator=(DomainLock&&) = delete;
-  ~DomainLock();
-
  private:
-  explicit DomainLock(int descriptor) : descriptor_(descriptor) {}
-  int descriptor_ = -1;
+  explicit DomainLock(FileDescriptor file) : file_(std::move(file)) {}
+
+  FileDescriptor file_;
 };
 
 }  // namespace tonus::cli

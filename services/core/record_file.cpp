@@ -60,40 +60,22 @@ bool read_record(int descriptor, std::uint64_t offset, std::vector<std::byte>& c
 }  // namespace
 
 Result<RecordFile> RecordFile::open(const std::filesystem::path& path, const Visitor& visit) {
-  RecordFile file(path, ::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644));
-  if (file.descriptor_ < 0) return file.system_error("cannot be opened");
+  RecordFile file(path, FileDescriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)));
+  if (!file.descriptor_.is_open()) return file.system_error("cannot be opened");
   struct stat status {};
-  if (fstat(file.descriptor_, &status) != 0) return file.system_error("cannot be examined");
+  if (fstat(file.descriptor_.get(), &status) != 0) return file.system_error("cannot be examined");
   const auto length = static_cast<std::uint64_t>(status.st_size);
 
   std::vector<std::byte> content;
-  while (file.size_ < length && read_record(file.descriptor_, file.size_, content)) {
+  while (file.size_ < length && read_record(file.descriptor_.get(), file.size_, content)) {
     if (visit) visit(file.size_, content);
     file.size_ += sizeof(Header) + content.size();
   }
   file.torn_bytes_ = length - file.size_;
-  if (file.torn_bytes_ > 0 && ftruncate(file.descriptor_, static_cast<off_t>(file.size_)) != 0) {
+  if (file.torn_bytes_ > 0 && ftruncate(file.descriptor_.get(), static_cast<off_t>(file.size_)) != 0) {
     return file.system_error("its torn end cannot be cut off");
   }
   return file;
-}
-
-RecordFile::RecordFile(RecordFile&& other) noexcept
-    : path_(std::move(other.path_)),
-      descriptor_(std::exchange(other.descriptor_, -1)),
-      size_(other.size_),
-      torn_bytes_(other.torn_bytes_) {}
-
-RecordFile& RecordFile::operator=(RecordFile&& other) noexcept {
-  std::swap(path_, other.path_);
-  std::swap(descriptor_, other.descriptor_);
-  std::swap(size_, other.size_);
-  std::swap(torn_bytes_, other.torn_bytes_);
-  return *this;
-}
-
-RecordFile::~RecordFile() {
-  if (descriptor_ >= 0) ::close(descriptor_);
 }
 
 Result<std::uint64_t> RecordFile::append(std::span<const std::byte> content) {
@@ -105,9 +87,9 @@ Result<std::uint64_t> RecordFile::append(std::span<const std::byte> content) {
   std::vector<std::byte> record(sizeof header + content.size());
   std::memcpy(record.data(), &header, sizeof header);
   if (!content.empty()) std::memcpy(record.data() + sizeof header, content.data(), content.size());
-  if (!write_exactly(descriptor_, record.data(), record.size(), size_)) {
+  if (!write_exactly(descriptor_.get(), record.data(), record.size(), size_)) {
     const Error error = system_error("cannot be written");
-    if (ftruncate(descriptor_, static_cast<off_t>(size_)) != 0)
+    if (ftruncate(descriptor_.get(), static_cast<off_t>(size_)) != 0)
       return system_error("cannot be written or mended");
     return error;
   }
@@ -116,7 +98,7 @@ Result<std::uint64_t> RecordFile::append(std::span<const std::byte> content) {
 
 Result<std::vector<std::byte>> RecordFile::read(std::uint64_t offset) const {
   std::vector<std::byte> content;
-  if (!read_record(descriptor_, offset, content)) {
+  if (!read_record(descriptor_.get(), offset, content)) {
     return fail(ErrorCode::kDataLoss,
                 fmt::format("{}: the record at byte {} is damaged", path_.string(), offset));
   }
@@ -124,7 +106,7 @@ Result<std::vector<std::byte>> RecordFile::read(std::uint64_t offset) const {
 }
 
 Result<void> RecordFile::sync() {
-  if (fdatasync(descriptor_) != 0) return system_error("cannot be synced");
+  if (fdatasync(descriptor_.get()) != 0) return system_error("cannot be synced");
   return {};
 }
 

@@ -5,8 +5,10 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <utility>
 #include <vector>
 
+#include "services/core/file_descriptor.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus {
@@ -25,10 +27,6 @@ class RecordFile {
   /// kIo names the file and the operating system's reason.
   [[nodiscard]] static Result<RecordFile> open(const std::filesystem::path& path, const Visitor& visit);
 
-  RecordFile(RecordFile&& other) noexcept;
-  RecordFile& operator=(RecordFile&& other) noexcept;
-  ~RecordFile();
-
   /// Appends one record; returns where it starts. kInvalidArgument over kMaxRecord; kIo if it was not written
   /// whole, and the file is as it was before.
   [[nodiscard]] Result<std::uint64_t> append(std::span<const std::byte> content);
@@ -44,11 +42,12 @@ class RecordFile {
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
-  RecordFile(std::filesystem::path path, int descriptor) : path_(std::move(path)), descriptor_(descriptor) {}
+  RecordFile(std::filesystem::path path, FileDescriptor descriptor)
+      : path_(std::move(path)), descriptor_(std::move(descriptor)) {}
   Error system_error(const char* what) const;
 
   std::filesystem::path path_;
-  int descriptor_ = -1;
+  FileDescriptor descriptor_;
   std::uint64_t size_ = 0;
   std::uint64_t torn_bytes_ = 0;
 };

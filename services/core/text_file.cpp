@@ -1,41 +1,80 @@
 #include "services/core/text_file.hpp"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
-#include <fstream>
+#include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
-#include <sstream>
+#include <sys/stat.h>
 #include <unistd.h>
+#include <utility>
 
 namespace tonus {
+namespace {
+
+/// Makes a new file whose content is on the disk; where it is false, errno has the reason.
+bool create_durably(const std::filesystem::path& path, std::string_view text) {
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  if (!file.is_open()) return false;
+  while (!text.empty()) {
+    const ssize_t count = ::write(file.get(), text.data(), text.size());
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return false;
+    text.remove_prefix(static_cast<std::size_t>(count));
+  }
+  return ::fsync(file.get()) == 0 && file.close();
+}
+
+}  // namespace
+
+Error file_error(const std::filesystem::path& path, std::string_view what) {
+  const int reason = errno;
+  const bool is_absent = reason == ENOENT || reason == ENOTDIR;
+  return fail(is_absent ? ErrorCode::kNotFound : ErrorCode::kIo,
+              fmt::format("{}: {}: {}", path.string(), what, std::strerror(reason)));
+}
+
+Result<RegularFile> open_for_reading(const std::filesystem::path& path) {
+  FileDescriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  struct stat info {};
+  if (!descriptor.is_open() || ::fstat(descriptor.get(), &info) != 0)
+    return file_error(path, "cannot be read");
+  if (!S_ISREG(info.st_mode))
+    return fail(ErrorCode::kIo, fmt::format("{}: cannot be read: not a regular file", path.string()));
+  return RegularFile{std::move(descriptor), static_cast<std::size_t>(info.st_size)};
+}
 
 Result<std::string> read_text_file(const std::filesystem::path& path) {
-  std::ifstream file(path, std::ios::binary);
-  if (!file) {
-    const auto code = errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo;
-    return fail(code, fmt::format("{}: {}", path.string(), std::strerror(errno)));
+  const auto file = open_for_reading(path);
+  if (!file) return file.error();
+  std::string text(file->size + 1, '\0');  // one more: the end is seen without another buffer
+  std::size_t filled = 0;
+  while (true) {
+    if (filled == text.size()) text.resize(2 * text.size());  // it grew meanwhile
+    const ssize_t count = ::read(file->descriptor.get(), text.data() + filled, text.size() - filled);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return file_error(path, "cannot be read");
+    if (count == 0) break;
+    filled += static_cast<std::size_t>(count);
   }
-  std::ostringstream text;
-  text << file.rdbuf();
-  if (file.bad()) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read", path.string()));
-  return text.str();
+  text.resize(filled);
+  return text;
+}
+
+Result<void> create_text_file(const std::filesystem::path& path, std::string_view text) {
+  if (!create_durably(path, text)) return file_error(path, "cannot be written");
+  return {};
 }
 
 Result<void> write_text_file(const std::filesystem::path& path, std::string_view text) {
   auto fresh = path;
   fresh += fmt::format(".{}.new", getpid());
-  std::ofstream file(fresh, std::ios::binary | std::ios::trunc);
-  file.write(text.data(), static_cast<std::streamsize>(text.size()));
-  file.close();
-  std::error_code error;
-  if (!file) {
-    const std::string why = std::strerror(errno);
-    std::filesystem::remove(fresh, error);
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot be written: {}", path.string(), why));
-  }
-  std::filesystem::rename(fresh, path, error);
-  if (error) return fail(ErrorCode::kIo, fmt::format("{}: {}", path.string(), error.message()));
-  return {};
+  std::error_code ignored;
+  std::filesystem::remove(fresh, ignored);  // left by a process of the same number that was killed
+  if (create_durably(fresh, text) && std::rename(fresh.c_str(), path.c_str()) == 0) return {};
+  const auto error = file_error(path, "cannot be written");
+  std::filesystem::remove(fresh, ignored);
+  return error;
 }
 
 }  // namespace tonus

@@ -1,17 +1,37 @@
 #pragma once
 
+#include <cstddef>
 #include <filesystem>
 #include <string>
 #include <string_view>
 
+#include "services/core/file_descriptor.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus {
 
-/// The whole file. kNotFound or kIo names it and the reason.
+/// What the system says (errno) about the file at `path`: kNotFound where it is absent, kIo otherwise.
+/// `what` went wrong, such as "cannot be read".
+[[nodiscard]] Error file_error(const std::filesystem::path& path, std::string_view what);
+
+/// An ordinary file, open for reading.
+struct RegularFile {
+  FileDescriptor descriptor;
+  std::size_t size;  ///< octets when it was opened
+};
+
+/// As file_error(); kIo also for a folder or a device.
+[[nodiscard]] Result<RegularFile> open_for_reading(const std::filesystem::path& path);
+
+/// The whole file, octet for octet. kNotFound or kIo names it and the reason.
 [[nodiscard]] Result<std::string> read_text_file(const std::filesystem::path& path);
 
-/// Writes beside `path` and renames: afterwards the file is whole or as it was before.
+/// Makes a file that is not there yet and waits until its content is on the disk. kIo names it and the
+/// reason.
+[[nodiscard]] Result<void> create_text_file(const std::filesystem::path& path, std::string_view text);
+
+/// Creates a file beside `path` and renames it: afterwards `path` is whole or as it was before. kIo names it
+/// and the reason.
 [[nodiscard]] Result<void> write_text_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace tonus

@@ -12,7 +12,7 @@
 #include "services/core/text_file.hpp"
 #include "services/exchange/session_recordings.hpp"
 #include "services/exchange/trial_data.hpp"
-#include "services/recording/text_file.hpp"
+#include "services/recording/number_text.hpp"
 
 namespace tonus::exchange {
 namespace {

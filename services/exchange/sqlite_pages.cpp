@@ -3,12 +3,9 @@
 #include <algorithm>
 #include <array>
 #include <bit>
-#include <cerrno>
 #include <cstring>
-#include <fcntl.h>
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
-#include <sys/stat.h>
 #include <unistd.h>
 
 namespace tonus::exchange {
@@ -66,26 +63,14 @@ SqliteValue value_of(std::uint64_t type, std::span<const std::byte> bytes) {
 
 }  // namespace
 
-void SqlitePages::Closer::operator()(int* descriptor) const {
-  ::close(*descriptor);
-  delete descriptor;
-}
-
 Result<SqlitePages> SqlitePages::open(const std::filesystem::path& path,
                                       std::optional<std::uint32_t> page_size) {
-  const int descriptor = ::open(path.c_str(), O_RDONLY | O_CLOEXEC);
-  if (descriptor < 0) {
-    return fail(errno == ENOENT ? ErrorCode::kNotFound : ErrorCode::kIo,
-                fmt::format("'{}': cannot be read: {}", path.string(), std::strerror(errno)));
-  }
-  SqlitePages pages;
-  pages.file_.reset(new int(descriptor));
-  struct stat info {};
-  if (::fstat(descriptor, &info) != 0 || !S_ISREG(info.st_mode))
-    return fail(ErrorCode::kInvalidArgument, fmt::format("'{}': is not a file", path.string()));
-  pages.bytes_ = static_cast<std::uint64_t>(info.st_size);
+  auto file = open_for_reading(path);
+  if (!file) return file.error();
+  SqlitePages pages(*std::move(file));
   std::array<std::byte, kHeaderBytes> header{};
-  if (::pread(descriptor, header.data(), header.size(), 0) == static_cast<ssize_t>(header.size())) {
+  if (::pread(pages.file_.descriptor.get(), header.data(), header.size(), 0) ==
+      static_cast<ssize_t>(header.size())) {
     std::uint32_t size = big_endian(std::span(header).subspan(16, 2));
     if (size == 1) size = 65536;
     pages.has_header_ = std::memcmp(header.data(), kMagic.data(), kMagic.size()) == 0 && is_page_size(size);
@@ -98,7 +83,7 @@ Result<SqlitePages> SqlitePages::open(const std::filesystem::path& path,
       pages.pages_in_header_ = big_endian(std::span(header).subspan(28, 4));
     }
   }
-  pages.pages_ = (pages.bytes_ + pages.page_size_ - 1) / pages.page_size_;
+  pages.pages_ = (pages.file_.size + pages.page_size_ - 1) / pages.page_size_;
   pages.read_log(path.string() + "-wal");
   if (!pages.log_.empty()) pages.pages_ = std::max(pages.pages_, pages.log_.rbegin()->first);
   return pages;
@@ -113,7 +98,7 @@ void SqlitePages::read_log(const std::filesystem::path& path) {
   const std::uint32_t size = big_endian(std::span(header).subspan(8, 4));
   if ((magic & ~1U) != kLogMagic || !is_page_size(size)) return;
   if (size != page_size_) return;
-  pages_ = (bytes_ + page_size_ - 1) / page_size_;
+  pages_ = (file_.size + page_size_ - 1) / page_size_;
   std::map<std::uint64_t, std::vector<std::byte>> uncommitted;
   std::array<std::byte, kFrameHeaderBytes> frame{};
   std::vector<std::byte> page(page_size_);
@@ -137,7 +122,8 @@ bool SqlitePages::load(std::uint64_t number, std::vector<std::byte>& page) const
     return true;
   }
   page.assign(page_size_, std::byte{0});
-  const auto read = ::pread(*file_, page.data(), page_size_, static_cast<off_t>((number - 1) * page_size_));
+  const auto read =
+      ::pread(file_.descriptor.get(), page.data(), page_size_, static_cast<off_t>((number - 1) * page_size_));
   return read > 0;  // the last page may be cut off
 }
 

@@ -5,7 +5,6 @@
 #include <filesystem>
 #include <functional>
 #include <map>
-#include <memory>
 #include <optional>
 #include <span>
 #include <string>
@@ -13,6 +12,7 @@
 #include <vector>
 
 #include "services/core/result.hpp"
+#include "services/core/text_file.hpp"
 
 namespace tonus::exchange {
 
@@ -60,7 +60,7 @@ class SqlitePages {
   }  ///< Likewise: could not be taken apart.
 
  private:
-  SqlitePages() = default;
+  explicit SqlitePages(RegularFile file) : file_(std::move(file)) {}
   void read_log(const std::filesystem::path& path);
   [[nodiscard]] bool load(std::uint64_t number, std::vector<std::byte>& page) const;
   [[nodiscard]] std::optional<SqliteRow> parse(std::span<const std::byte> page, std::size_t offset) const;
@@ -68,11 +68,7 @@ class SqlitePages {
                                                                  std::size_t offset,
                                                                  std::uint64_t size) const;
 
-  struct Closer {
-    void operator()(int* descriptor) const;
-  };
-  std::unique_ptr<int, Closer> file_;
-  std::uint64_t bytes_ = 0;
+  RegularFile file_;
   std::uint32_t page_size_ = 4096;
   std::uint32_t usable_ = 4096;
   std::uint64_t pages_ = 0;

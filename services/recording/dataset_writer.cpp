@@ -1,18 +1,17 @@
 #include <algorithm>
 #include <cmath>
-#include <fcntl.h>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 
+#include "services/core/text_file.hpp"
 #include "services/recording/channels.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/recording/events.hpp"
 #include "services/recording/file_name.hpp"
 #include "services/recording/motion_rows.hpp"
 #include "services/recording/participants.hpp"
-#include "services/recording/text_file.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -177,7 +176,7 @@ Result<void> write_run(const fs::path& root, const Recording& recording, const W
       {events_stem + "_events.json", events_json()},
   };
   for (const auto& [path, text] : files) {
-    if (auto written = write_text(path, text); !written) return written;
+    if (auto written = create_text_file(path, text); !written) return written;
   }
   return {};
 }
@@ -209,11 +208,11 @@ Result<void> write_all(const fs::path& root, const std::vector<Recording>& recor
       {"README", kReadme},
   };
   for (const auto& [name, text] : files) {
-    if (auto written = write_text(root / name, text); !written) return written;
+    if (auto written = create_text_file(root / name, text); !written) return written;
   }
   for (const auto& [name, text] : options.further_files) {
     if (auto made = make_folder((root / name).parent_path()); !made) return made;
-    if (auto written = write_text(root / name, text); !written) return written;
+    if (auto written = create_text_file(root / name, text); !written) return written;
   }
   return {};
 }

@@ -4,7 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/recording/text_file.hpp"
+#include "services/recording/number_text.hpp"
 
 namespace tonus::recording {
 namespace {

@@ -3,7 +3,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/recording/text_file.hpp"
+#include "services/recording/line_reader.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -32,7 +32,7 @@ std::optional<std::vector<double>> finite_numbers(const nlohmann::json& value, s
 }  // namespace
 
 Result<JsonFile> JsonFile::read(const std::filesystem::path& file) {
-  const auto text = read_text(file);
+  const auto text = read_lines(file);
   if (!text) return text.error();
   JsonFile json(file);
   try {

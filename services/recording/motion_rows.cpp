@@ -8,8 +8,9 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/recording/line_reader.hpp"
+#include "services/recording/number_text.hpp"
 #include "services/recording/table.hpp"
-#include "services/recording/text_file.hpp"
 
 namespace tonus::recording {
 namespace {

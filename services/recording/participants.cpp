@@ -3,8 +3,8 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "services/recording/number_text.hpp"
 #include "services/recording/table.hpp"
-#include "services/recording/text_file.hpp"
 
 namespace tonus::recording {
 namespace {

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/recording/text_file.hpp"
+#include "services/recording/line_reader.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -41,7 +41,7 @@ std::optional<double> parse_number(std::string_view cell) {
 }
 
 Result<Table> Table::read(const std::filesystem::path& file) {
-  auto text = read_text(file);
+  auto text = read_lines(file);
   if (!text) return text.error();
   Table table;
   table.file_ = file;

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "services/core/file_descriptor.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus::scheduler {
@@ -34,20 +35,17 @@ class FileStorage final : public JournalStorage {
   /// must.
   [[nodiscard]] static Result<std::unique_ptr<FileStorage>> open(const std::filesystem::path& file,
                                                                  Mode mode);
-  ~FileStorage() override;
-  FileStorage(const FileStorage&) = delete;
-  FileStorage& operator=(const FileStorage&) = delete;
-
   Result<std::string> read_all() override;
   Result<void> append(std::string_view octets) override;
   Result<void> sync() override;
   Result<void> truncate(std::size_t size) override;
 
  private:
-  FileStorage(int descriptor, std::filesystem::path file) : descriptor_(descriptor), file_(std::move(file)) {}
+  FileStorage(FileDescriptor descriptor, std::filesystem::path file)
+      : descriptor_(std::move(descriptor)), file_(std::move(file)) {}
   [[nodiscard]] Error error(const char* action) const;
 
-  int descriptor_;
+  FileDescriptor descriptor_;
   std::filesystem::path file_;
 };
 

@@ -3,7 +3,7 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "services/recording/text_file.hpp"
+#include "services/recording/number_text.hpp"
 
 namespace tonus::recording {
 namespace {

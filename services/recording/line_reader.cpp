@@ -1,0 +1,56 @@
+#include "services/recording/line_reader.hpp"
+
+#include <algorithm>
+#include <cerrno>
+#include <cstring>
+#include <unistd.h>
+#include <utility>
+
+namespace tonus::recording {
+
+LineReader::LineReader(std::filesystem::path path, RegularFile file)
+    : path_(std::move(path)), file_(std::move(file)) {
+  constexpr std::size_t kBuffer = 256 * 1024;  // stays in a processor's cache
+  buffer_.resize(std::min(kBuffer, file_.size + 1));
+}
+
+Result<LineReader> LineReader::open(const std::filesystem::path& path) {
+  auto file = open_for_reading(path);
+  if (!file) return file.error();
+  return LineReader(path, *std::move(file));
+}
+
+Result<std::string_view> LineReader::next() {
+  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+  std::memmove(buffer_.data(), buffer_.data() + given_, filled_ - given_);
+  filled_ -= given_;
+  given_ = 0;
+  while (true) {
+    if (filled_ == buffer_.size()) buffer_.resize(2 * buffer_.size());  // a line longer than the buffer
+    const ssize_t count = ::read(file_.descriptor.get(), buffer_.data() + filled_, buffer_.size() - filled_);
+    if (count < 0 && errno == EINTR) continue;
+    if (count < 0) return file_error(path_, "cannot be read");
+    const bool is_end = count == 0;
+    filled_ += static_cast<std::size_t>(count);
+    const std::string_view text(buffer_.data(), filled_);
+    given_ = is_end ? filled_ : text.rfind('\n') + 1;  // npos + 1 is 0
+    if (given_ == 0 && !is_end) continue;
+    const bool is_marked = std::exchange(is_first_, false) && text.starts_with(kByteOrderMark);
+    return text.substr(0, given_).substr(is_marked ? kByteOrderMark.size() : 0);
+  }
+}
+
+Result<std::string> read_lines(const std::filesystem::path& path) {
+  auto file = LineReader::open(path);
+  if (!file) return file.error();
+  std::string text;
+  text.reserve(file->size());
+  while (true) {
+    const auto lines = file->next();
+    if (!lines) return lines.error();
+    if (lines->empty()) return text;
+    text += *lines;
+  }
+}
+
+}  // namespace tonus::recording
