@@ -7,7 +7,7 @@ namespace tonus::dashboard {
 namespace {
 
 constexpr std::size_t kMaximumSubscriptions = 256;
-constexpr std::size_t kMaximumClientChannels = 16;
+constexpr std::size_t kMaximumClientChannels = 64;
 
 constexpr std::array<const char*, static_cast<std::size_t>(Refused::kCount)> kRefusedNames{
     "visit", "malformed", "flood", "oversized", "forbidden", "slow"};
@@ -80,6 +80,10 @@ void Hub::on_binary(ClientId id, std::span<const std::byte> frame) {
   const auto channel = client.channels.find(message->channel);
   if (channel == client.channels.end())
     return complain(client, fmt::format("channel {} has not been advertised", message->channel));
+  const ClientChannel& from = channel->second;
+  if (from.topic != kRequestTopic || from.encoding != "json")
+    return complain(client, fmt::format("topic '{}' in {} is not taken; only {} in json is", from.topic,
+                                        from.encoding, kRequestTopic));
   take_request(client, message->data);
 }
 
@@ -124,14 +128,10 @@ void Hub::handle(ClientId id, Client& client, const Unsubscribe& saying) {
 
 void Hub::handle(ClientId /*id*/, Client& client, const ClientAdvertise& saying) {
   for (const auto& channel : saying.channels) {
-    if (channel.topic != kRequestTopic || channel.encoding != "json") {
-      complain(client, fmt::format("topic '{}' in {} is not taken; only {} in json is", channel.topic,
-                                   channel.encoding, kRequestTopic));
-    } else if (client.channels.size() >= kMaximumClientChannels) {
-      complain(client, fmt::format("at most {} channels are allowed", kMaximumClientChannels));
-    } else {
-      client.channels[channel.id] = channel;
-    }
+    // Dashboards announce topics of their own, whether anybody takes them or not: nothing is said before use.
+    if (client.channels.size() >= kMaximumClientChannels)
+      return complain(client, fmt::format("at most {} channels are allowed", kMaximumClientChannels));
+    client.channels[channel.id] = channel;
   }
 }
 

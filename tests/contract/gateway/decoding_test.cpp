@@ -8,26 +8,17 @@
 #include "idl/topics.hpp"
 #include "services/bus/bus.hpp"
 #include "services/bus/payload.hpp"
+#include "tests/contract/gateway/gateway.hpp"
 #include "tests/contract/gateway/samples.hpp"
-#include "tests/support/process.hpp"
-#include "tests/support/temporary_folder.hpp"
 
 namespace tonus::testing {
 namespace {
-
-constexpr std::chrono::seconds kLimit{60};
-
-std::string url_in(const std::string& output) {
-  const auto begin = output.find("http://");
-  return output.substr(begin, output.find('\n', begin) - begin);
-}
 
 class GatewayContract : public ::testing::TestWithParam<bus::Vendor> {};
 
 TEST_P(GatewayContract, FoxglovesClientDecodesEveryTopicsMessages) {
   const TemporaryFolder folder;
   const int domain = own_domain();
-  const std::string vendor(bus::vendor_name(GetParam()));
   bus::BusOptions options;
   options.vendor = GetParam();
   options.domain = domain;
@@ -49,15 +40,12 @@ TEST_P(GatewayContract, FoxglovesClientDecodesEveryTopicsMessages) {
   }
   std::ofstream(folder / "expected.json") << expected;
 
-  Process gateway(program("tonus-dashboard"),
-                  {"--domain", std::to_string(domain), "--dds", vendor, "--listen", "127.0.0.1:0", "--data",
-                   (folder / "data").string()},
-                  folder / "gateway.log");
-  ASSERT_TRUE(gateway.wait_for_output("dashboard: http://", kLimit)) << gateway.output();
-  Process client(TONUS_NODE,
-                 {TONUS_CLIENT, TONUS_WEB_FOLDER, url_in(gateway.output()), folder / "expected.json"},
+  Gateway gateway(folder, domain, bus::vendor_name(GetParam()));
+  const auto url = gateway.url();
+  ASSERT_FALSE(url.empty()) << gateway.output();
+  Process client(TONUS_NODE, {TONUS_CLIENT, TONUS_WEB_FOLDER, url, folder / "expected.json"},
                  folder / "client.log");
-  const auto deadline = std::chrono::steady_clock::now() + kLimit;
+  const auto deadline = std::chrono::steady_clock::now() + kGatewayLimit;
   int code = Process::kStillRunning;
   while (code == Process::kStillRunning && std::chrono::steady_clock::now() < deadline) {
     for (std::size_t i = 0; i < samples.size(); ++i) (void)writers[i]->write(samples[i].payload);

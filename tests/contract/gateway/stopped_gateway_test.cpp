@@ -6,13 +6,10 @@
 
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
-#include "tests/support/process.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "tests/contract/gateway/gateway.hpp"
 
 namespace tonus::testing {
 namespace {
-
-constexpr std::chrono::seconds kLimit{60};
 
 class StoppedGateway : public ::testing::TestWithParam<bus::Vendor> {};
 
@@ -30,17 +27,12 @@ TEST_P(StoppedGateway, HoldsBackNoWriterOfSamples) {
   auto writer = bus::TypedWriter<v1::SampleBlock>::create(**bus, topics::kRigSamples);
   ASSERT_TRUE(writer) << writer.error().message;
 
-  Process gateway(
-      program("tonus-dashboard"),
-      {"--domain", std::to_string(domain), "--listen", "127.0.0.1:0", "--data", (folder / "data").string()},
-      folder / "gateway.log");
-  ASSERT_TRUE(gateway.wait_for_output("dashboard: http://", kLimit)) << gateway.output();
-  const auto output = gateway.output();
-  const auto begin = output.find("http://");
-  const auto url = output.substr(begin, output.find('\n', begin) - begin);
+  Gateway gateway(folder, domain);
+  const auto url = gateway.url();
+  ASSERT_FALSE(url.empty()) << gateway.output();
   Process client(TONUS_NODE, {TONUS_CLIENT, TONUS_WEB_FOLDER, url, kWatch}, folder / "client.log");
-  ASSERT_TRUE(client.wait_for_output("subscribed", kLimit)) << client.output();
-  const auto deadline = std::chrono::steady_clock::now() + kLimit;
+  ASSERT_TRUE(client.wait_for_output("subscribed", kGatewayLimit)) << client.output();
+  const auto deadline = std::chrono::steady_clock::now() + kGatewayLimit;
   while (writer->status().matched_readers == 0) {
     ASSERT_LT(std::chrono::steady_clock::now(), deadline) << "the gateway does not read the samples";
     std::this_thread::yield();

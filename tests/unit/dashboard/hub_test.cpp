@@ -207,11 +207,26 @@ TEST_F(HubTest, TakesRequestsFromItsRequestTopicOnly) {
   const auto id = join(link);
   hub_->on_text(id,
                 R"({"op": "advertise", "channels": [{"id": 1, "topic": "rig/command", "encoding": "cdr"}]})");
-  EXPECT_THAT(sent(id).at(0).head, HasSubstr("rig/command"));
-  const std::string frame("\x01\x01\0\0\0{}", 7);
+  EXPECT_THAT(sent(id), IsEmpty());
+  std::string frame("\x01\x01\0\0\0{}", 7);
+  hub_->on_binary(id, std::as_bytes(std::span(frame)));
+  EXPECT_THAT(sent(id).at(0).head, HasSubstr("'rig/command' in cdr is not taken"));
+  frame[1] = 2;
   hub_->on_binary(id, std::as_bytes(std::span(frame)));
   EXPECT_THAT(sent(id).at(0).head, HasSubstr("advertised"));
   EXPECT_THAT(asked_, IsEmpty());
+}
+
+TEST_F(HubTest, ADashboardMayAnnounceTopicsOfItsOwnAgainAndAgain) {
+  Link link;
+  const auto id = join(link);
+  for (int i = 0; i < 3 * Hub::Options{}.malformed_allowed; ++i) {
+    hub_->on_text(id, R"({"op": "advertise", "channels": [{"id": 7, "topic": "/clicked_point",
+                          "encoding": "json"}]})");
+    hub_->on_text(id, R"({"op": "unadvertise", "channelIds": [7]})");
+  }
+  EXPECT_THAT(sent(id), IsEmpty());
+  EXPECT_FALSE(link.ended);
 }
 
 TEST_F(HubTest, HandsOnAnOperatorsRequestAndItsReply) {
