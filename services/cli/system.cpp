@@ -1,5 +1,6 @@
 #include "services/cli/system.hpp"
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <utility>
 
@@ -64,19 +65,24 @@ std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesyst
            .add("--force-sign", o.force_sign)
            .add("--seed", o.seed)
            .add("--speed", o.speed)
+           .add("--loop-cpu", o.loop_cpu)
+           .add("--loop-priority", o.loop_priority)
            .take()},
   };
   if (o.has_dashboard) {
-    all.push_back({"dashboard", folder / "tonus-dashboard",
-                   common().add("--store", o.store).add("--listen", o.dashboard_listen).take()});
+    auto dashboard = common();
+    dashboard.add("--store", o.store)
+        .add("--listen", o.dashboard_listen)
+        .add("--tokens", o.dashboard_tokens)
+        .add("--tls-certificate", o.dashboard_certificate)
+        .add("--tls-key", o.dashboard_key);
+    for (const auto& origin : o.dashboard_origins) dashboard.add("--allow-origin", origin);
+    all.push_back({"dashboard", folder / "tonus-dashboard", dashboard.take()});
   }
   return all;
 }
 
-}  // namespace
-
-void add_system_options(CLI::App& app, SystemOptions& o) {
-  runtime::add_common_options(app, o.common);
+void add_rig_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--rig-dds", o.rig_dds, "DDS implementation of the rig agent, where it differs")
       ->check(CLI::IsMember({"fastdds", "cyclonedds"}));
   app.add_option("--speed", o.speed, "real: by the clock; max: as fast as the services keep up")
@@ -94,6 +100,14 @@ void add_system_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--force-sign", o.force_sign, "+1 or -1: sign of a one-axis dataset's force on the limb")
       ->check(CLI::IsMember({"-1", "1", "+1"}));
   app.add_option("--rig-seed", o.seed, "seed of the simulated rig's noise")->check(CLI::NonNegativeNumber);
+  app.add_option("--loop-cpu", o.loop_cpu, "the one processor that the rig's loop runs on")
+      ->check(CLI::Range(0, 1023));
+  app.add_option("--loop-priority", o.loop_priority,
+                 "SCHED_FIFO priority of the rig's loop; 0: the scheduling is left alone")
+      ->check(CLI::Range(0, 99));
+}
+
+void add_identification_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--natural-frequency", o.natural_frequency,
                  "of the state-variable filter, Hz; default: from the data")
       ->check(CLI::PositiveNumber);
@@ -101,9 +115,38 @@ void add_system_options(CLI::App& app, SystemOptions& o) {
       ->check(CLI::PositiveNumber);
   app.add_option("--window", o.window, "s from onset that are fitted")->check(CLI::PositiveNumber);
   app.add_option("--method", o.method, "lowpass, optimal, state_variable or all");
-  app.add_option("--store", o.store, "file of the archive");
-  app.add_flag("--dashboard", o.has_dashboard, "serve the pages, too: operator, results, subject, archive");
-  app.add_option("--dashboard-listen", o.dashboard_listen, "its ADDRESS:PORT (default: 127.0.0.1:8765)");
+}
+
+void add_dashboard_options(CLI::App& app, SystemOptions& o) {
+  auto* dashboard = app.add_flag("--dashboard", o.has_dashboard,
+                                 "serve the pages, too: operator, results, subject, archive");
+  app.add_option("--dashboard-listen", o.dashboard_listen, "its ADDRESS:PORT (default: 127.0.0.1:8765)")
+      ->needs(dashboard);
+  app.add_option("--dashboard-tokens", o.dashboard_tokens,
+                 "who may view and operate, on a lab network: TOML file")
+      ->needs(dashboard)
+      ->check(CLI::ExistingFile);
+  auto* certificate = app.add_option("--dashboard-tls-certificate", o.dashboard_certificate,
+                                     "PEM file: certificate with its chain")
+                          ->needs(dashboard)
+                          ->check(CLI::ExistingFile);
+  auto* key = app.add_option("--dashboard-tls-key", o.dashboard_key, "PEM file: its private key")
+                  ->needs(certificate)
+                  ->check(CLI::ExistingFile);
+  certificate->needs(key);
+  app.add_option("--dashboard-allow-origin", o.dashboard_origins,
+                 "other pages that may connect, e.g. https://app.foxglove.dev")
+      ->needs(dashboard);
+}
+
+}  // namespace
+
+void add_system_options(CLI::App& app, SystemOptions& o) {
+  runtime::add_common_options(app, o.common);
+  add_rig_options(app, o);
+  add_identification_options(app, o);
+  app.add_option("--store", o.store, "archive: a file, or postgresql://USER@HOST/DATABASE");
+  add_dashboard_options(app, o);
 }
 
 Result<System> System::start(const SystemOptions& options, const Clock& clock) {

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
@@ -8,6 +7,10 @@
 #include "services/cli/domain_lock.hpp"
 #include "services/cli/supervisor.hpp"
 #include "services/runtime/options.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tonus::cli {
 
@@ -24,6 +27,8 @@ struct SystemOptions {
   std::string dataset;
   std::string force_sign;
   std::string seed;
+  std::string loop_cpu;
+  std::string loop_priority;
   std::string natural_frequency;
   std::string damping_ratio;
   std::string window;
@@ -31,6 +36,10 @@ struct SystemOptions {
   std::string store;
   bool has_dashboard = false;
   std::string dashboard_listen;
+  std::string dashboard_tokens;
+  std::string dashboard_certificate;
+  std::string dashboard_key;
+  std::vector<std::string> dashboard_origins;
 };
 
 void add_system_options(CLI::App& app, SystemOptions& options);
