@@ -1,5 +1,7 @@
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <optional>
 
 #include "services/cli/command_dry_run.hpp"
 #include "services/cli/commands.hpp"
@@ -18,7 +20,8 @@ constexpr const char* kStudyCohort = "deploy/profiles/cohort.toml";
 
 void add_run_options(CLI::App& command, RunOptions& run) {
   command.add_option("protocol", run.protocol, "TOML file of the protocol");
-  command.add_option("--subject", run.subject, "who is measured")->capture_default_str();
+  command.add_option("--subject", run.subject, "who is measured; of a study, whose sessions are run")
+      ->capture_default_str();
   command.add_option("--seed", run.seed, "of random orders and waits")->capture_default_str();
   command.add_option("--json", run.json, "file for the results");
 }
@@ -30,17 +33,43 @@ Result<void> check(const RunOptions& run) {
   return {};
 }
 
+/// Results of a study are in the archive: no file is taken for them.
+Result<void> check_results_file(const RunOptions& run) {
+  if (run.json.empty()) return {};
+  return fail(ErrorCode::kInvalidArgument, "--json " + run.json + ": holds one session, and " + run.protocol +
+                                               " is a study of several; they are in the archive");
+}
+
+/// Whose part of a study is to be run; none: the protocol is no study. A protocol that cannot be read is the
+/// error.
+Result<std::optional<scheduler::StudySubject>> subject_of_study(const RunOptions& run) {
+  using Subject = std::optional<scheduler::StudySubject>;
+  if (!run.dataset.empty()) {
+    if (auto text = protocol_text(run); !text) return text.error();
+    return Subject();
+  }
+  const auto protocol = scheduler::load_protocol(run.protocol);
+  if (!protocol) return protocol.error();
+  if (protocol->kind != scheduler::ProtocolKind::kStudy) return Subject();
+  auto subject = study_subject(run, *protocol);
+  if (!subject) return subject.error();
+  if (auto good = check_results_file(run); !good) return good.error();
+  return Subject(std::move(*subject));
+}
+
 Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& run) {
   if (auto good = check(run); !good) return good;
   if (run.is_dry) {
     if (run.protocol.empty()) return fail(ErrorCode::kInvalidArgument, "--dry-run needs a protocol");
     return print_dry_run(run);
   }
-  if (auto text = protocol_text(run); !text) return text.error();
+  const auto subject = subject_of_study(run);
+  if (!subject) return subject.error();
   auto end = OperatorEnd::join(common);
   if (!end) return end.error();
   OperatorEnd& op = **end;
   if (auto complete = op.wait_for_roster(kRosterLimit); !complete) return complete;
+  if (*subject) return run_study_subject(op, run, **subject);
   return run_session(
       op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.is_interrupted(); });
 }
@@ -52,6 +81,7 @@ Result<void> study(SystemOptions& system_options, const RunOptions& run, const s
     return fail(ErrorCode::kInvalidArgument,
                 run.protocol + " is a study: --cohort must name the file of its subjects");
   }
+  if (auto good = check_results_file(run); !good) return good;
   const SystemClock clock;
   const auto begun = clock.now();
   if (auto ran = run_study(system_options, run, protocol, cohort); !ran) return ran;

@@ -3,9 +3,9 @@
 #include <algorithm>
 #include <chrono>
 #include <cstdio>
+#include <functional>
 
 #include "rig_agent/plant/cohort.hpp"
-#include "services/cli/operator_end.hpp"
 #include "services/core/text_file.hpp"
 
 namespace tonus::cli {
@@ -25,9 +25,26 @@ Result<std::filesystem::path> write_profile(const std::filesystem::path& data,
   return file;
 }
 
+/// One session after the other. File names are relative to the study's own, `run.protocol`.
+Result<void> run_sessions(OperatorEnd& op, RunOptions run, const scheduler::StudySubject& subject,
+                          const std::function<Result<void>()>& tick) {
+  const auto folder = std::filesystem::path(run.protocol).parent_path();
+  run.subject = subject.name;
+  run.seed = subject.seed;
+  for (const std::string& protocol : {subject.unloaded, subject.loaded, subject.instruction}) {
+    if (protocol.empty()) continue;
+    run.protocol = (folder / protocol).string();
+    std::printf("%s, %s:%c", subject.name.c_str(), protocol.c_str(), run.is_brief ? ' ' : '\n');
+    std::fflush(stdout);
+    auto ran = run_session(op.client(), run, op.clock(), tick, [&] { return op.is_interrupted(); });
+    if (!ran) return ran;
+  }
+  return {};
+}
+
 /// Everything of one subject on services of its own.
-Result<void> run_subject(SystemOptions system_options, RunOptions run, const scheduler::StudySubject& subject,
-                         const std::filesystem::path& folder) {
+Result<void> run_on_own_services(const SystemOptions& system_options, const RunOptions& run,
+                                 const scheduler::StudySubject& subject) {
   auto end = OperatorEnd::join(system_options.common);
   if (!end) return end.error();
   OperatorEnd& op = **end;
@@ -35,18 +52,25 @@ Result<void> run_subject(SystemOptions system_options, RunOptions run, const sch
   if (!system) return system.error();
   const auto supervise = [&] { return system->supervise("tonus demo"); };
   if (auto complete = op.wait_for_roster(kRosterLimit, supervise); !complete) return complete;
-  for (const std::string& protocol : {subject.unloaded, subject.loaded, subject.instruction}) {
-    if (protocol.empty()) continue;
-    run.protocol = (folder / protocol).string();
-    std::printf("%s, %s: ", subject.name.c_str(), protocol.c_str());
-    std::fflush(stdout);
-    auto ran = run_session(op.client(), run, op.clock(), supervise, [&] { return op.is_interrupted(); });
-    if (!ran) return ran;
-  }
-  return {};
+  return run_sessions(op, run, subject, supervise);
 }
 
 }  // namespace
+
+Result<scheduler::StudySubject> study_subject(const RunOptions& run, const scheduler::Protocol& study) {
+  std::string names;
+  for (const auto& subject : study.subjects) {
+    if (subject.name == run.subject) return subject;
+    names += (names.empty() ? "" : ", ") + subject.name;
+  }
+  return fail(ErrorCode::kInvalidArgument, "--subject '" + run.subject + "' is not in the study " +
+                                               run.protocol + "; allowed are " + names);
+}
+
+Result<void> run_study_subject(OperatorEnd& op, const RunOptions& run,
+                               const scheduler::StudySubject& subject) {
+  return run_sessions(op, run, subject, [] { return Result<void>(); });
+}
 
 Result<void> run_study(const SystemOptions& system, const RunOptions& run, const scheduler::Protocol& study,
                        const std::string& cohort) {
@@ -70,11 +94,9 @@ Result<void> run_study(const SystemOptions& system, const RunOptions& run, const
     own.profile = profile->string();
     own.seed = std::to_string(subject.seed);
     RunOptions part = run;
-    part.subject = subject.name;
-    part.seed = subject.seed;
     part.profile = own.profile;
     part.is_brief = true;
-    if (auto ran = run_subject(own, part, subject, std::filesystem::path(run.protocol).parent_path()); !ran)
+    if (auto ran = run_on_own_services(own, part, subject); !ran)
       return fail(ran.error().code, "subject " + subject.name + ": " + ran.error().message);
   }
   return {};

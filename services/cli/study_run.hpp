@@ -1,5 +1,6 @@
 #pragma once
 
+#include "services/cli/operator_end.hpp"
 #include "services/cli/session_run.hpp"
 #include "services/cli/system.hpp"
 #include "services/scheduler/protocol.hpp"
@@ -11,5 +12,14 @@ namespace tonus::cli {
 /// (rig_agent/plant/cohort.hpp). The first session that does not complete is the error.
 [[nodiscard]] Result<void> run_study(const SystemOptions& system, const RunOptions& run,
                                      const scheduler::Protocol& study, const std::string& cohort);
+
+/// Whom `run.subject` names; kInvalidArgument lists the study's subjects.
+[[nodiscard]] Result<scheduler::StudySubject> study_subject(const RunOptions& run,
+                                                            const scheduler::Protocol& study);
+
+/// Every session that the study has for one subject, one after the other, on services that are up. The first
+/// one that does not complete is the error.
+[[nodiscard]] Result<void> run_study_subject(OperatorEnd& op, const RunOptions& run,
+                                             const scheduler::StudySubject& subject);
 
 }  // namespace tonus::cli

@@ -44,6 +44,11 @@ class BadInput : public ::testing::Test {
 
 TEST_F(BadInput, UnknownOptionIsNamed) { expect_refused({"up", "--sped", "max"}, {"--sped"}); }
 
+TEST_F(BadInput, OptionOfADashboardThatWasNotAskedForIsNamed) {
+  expect_refused({"up", "--dashboard-allow-origin", "https://its.host"},
+                 {"--dashboard-allow-origin", "requires --dashboard"});
+}
+
 TEST_F(BadInput, UnknownSubcommandIsNamed) { expect_refused({"mesure"}, {"mesure"}); }
 
 TEST_F(BadInput, VendorThatIsNoneIsNamedWithTheOnesThatAre) {
@@ -72,6 +77,17 @@ TEST_F(BadInput, PostureOutOfTheWorkspaceIsRefusedBeforeAnythingMoves) {
 
 TEST_F(BadInput, MissingProtocolIsNamed) {
   expect_refused(demo("/nowhere/unloaded.toml"), {"/nowhere/unloaded.toml"});
+}
+
+TEST_F(BadInput, SubjectWhoIsNotInTheStudyIsNamedWithThoseWhoAre) {
+  const auto study = source_file("deploy/protocols/study.toml").string();
+  expect_refused({"run", study, "--subject", "s12"}, {"--subject 's12'", "study.toml", "s01, s02", "s11"});
+}
+
+TEST_F(BadInput, ResultsFileOfOneSessionIsNotTakenForAStudy) {
+  const auto study = source_file("deploy/protocols/study.toml").string();
+  expect_refused({"run", study, "--subject", "s01", "--json", (folder_ / "results.json").string()},
+                 {"--json", "results.json", "study"});
 }
 
 TEST_F(BadInput, MissingDatasetIsNamed) {

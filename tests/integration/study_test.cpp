@@ -1,9 +1,12 @@
 #include <algorithm>
+#include <csignal>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <map>
 #include <sstream>
 
+#include "services/archive/open_store.hpp"
+#include "services/archive/session_reader.hpp"
 #include "services/core/text_file.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -13,14 +16,15 @@ namespace {
 
 constexpr std::chrono::seconds kLimit{240};
 
+std::string protocol(const std::string& name) {
+  return source_file("deploy/protocols/" + name + ".toml").string();
+}
+
 /// Two subjects of the study's cohort, one of them also under bias forces; `cohort` is a file's text.
 class SmallStudy {
  public:
   explicit SmallStudy(const std::string& cohort) {
     write("cohort.toml", cohort);
-    const auto protocol = [](const char* name) {
-      return source_file(std::string("deploy/protocols/") + name + ".toml").string();
-    };
     write("study.toml",
           "schema = 1\nkind = \"study\"\nname = \"two\"\n[[subject]]\nname = \"s01\"\nunloaded = \"" +
               protocol("unloaded") + "\"\nloaded = \"" + protocol("loaded") +
@@ -78,6 +82,41 @@ damping_time_s = { shoulder = 0.06, elbow = 0.06, two_joint = 0.06 }
 )";
 
 bool has_gnuplot() { return std::system("command -v gnuplot > /dev/null 2>&1") == 0; }
+
+TEST(StudySubject, IsMeasuredSessionBySessionOnServicesThatAreUp) {
+  const TemporaryFolder folder;
+  std::ofstream(folder / "study.toml")
+      << "schema = 1\nkind = \"study\"\nname = \"two\"\n[[subject]]\nname = \"s01\"\nunloaded = \""
+      << protocol("unloaded") << "\"\nseed = 1\n[[subject]]\nname = \"s02\"\nunloaded = \""
+      << protocol("unloaded") << "\"\nloaded = \"" << protocol("loaded") << "\"\nseed = 7\n";
+  const auto domain = std::to_string(own_domain());
+  Process system(program("tonus"),
+                 {"up", "--speed", "max", "--domain", domain, "--data", folder / "data", "--profile",
+                  source_file("deploy/profiles/holding.toml").string()},
+                 folder / "up");
+  ASSERT_TRUE(system.wait_for_output("ready", kLimit)) << system.output();
+  Process run(program("tonus"), {"run", folder / "study.toml", "--subject", "s02", "--domain", domain},
+              folder / "run");
+  ASSERT_EQ(run.wait(kLimit), 0) << run.output();
+  system.signal(SIGTERM);
+  EXPECT_EQ(system.wait(kLimit), 0) << system.output();
+
+  auto store = archive::open_store_for_reading(folder / "data" / "archive.sqlite");
+  ASSERT_TRUE(store) << store.error().message;
+  const auto sessions = (*store)->sessions();
+  ASSERT_TRUE(sessions) << sessions.error().message;
+  std::vector<std::string> kinds;
+  for (const auto& record : *sessions) {
+    const auto session = archive::read_session(**store, record.session);
+    ASSERT_TRUE(session) << session.error().message;
+    ASSERT_TRUE(session->state);
+    EXPECT_EQ(session->state->phase(), v1::SESSION_COMPLETED);
+    EXPECT_EQ(record.subject, "s02");
+    EXPECT_EQ(record.seed, 7U);
+    kinds.push_back(record.protocol_name);
+  }
+  EXPECT_EQ(kinds, (std::vector<std::string>{"unloaded", "loaded"}));
+}
 
 TEST(StudyReport, HasEveryTableAndFigureAndIsTheSameToTheByte) {
   if (!has_gnuplot()) GTEST_SKIP() << "gnuplot is not installed (package gnuplot-nox)";
