@@ -5,8 +5,8 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "tests/contract/bus/allocation_watch.hpp"
 #include "tests/contract/bus/test_topics.hpp"
+#include "tests/support/allocations.hpp"
 
 namespace tonus::bus_test::v1 {
 
@@ -102,10 +102,10 @@ TEST(TypedPayload, AHugeSequenceLengthIsRefusedWithoutAllocatingForIt) {
          {std::numeric_limits<std::uint32_t>::max(), 0x7fffffffU, 0x10000000U, 100000U}) {
       Payload bytes = good;
       std::memcpy(bytes.data() + at, &length, sizeof length);
-      test::forget_allocations();
+      testing::forget_allocations();
       static_cast<void>(decode<Probe>(bytes));
       // No element of a sequence is smaller than a byte on the wire; in memory none here is larger than 64.
-      ASSERT_LE(test::largest_allocation(), 64 * bytes.size()) << "length " << length << " at byte " << at;
+      ASSERT_LE(testing::largest_allocation(), 64 * bytes.size()) << "length " << length << " at byte " << at;
     }
   }
 }

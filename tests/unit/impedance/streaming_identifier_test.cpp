@@ -6,11 +6,14 @@
 #include <new>
 
 #include "analysis_service/impedance/parameters.hpp"
+#include "tests/support/allocations.hpp"
 #include "tests/support/impedance/linear_rig.hpp"
-#include "tests/unit/impedance/allocation_count.hpp"
 
 namespace tonus::impedance::test {
 namespace {
+
+using tonus::testing::allocations;
+using tonus::testing::counts_allocations;
 
 struct Recorded {
   std::vector<EndpointSample> samples;

@@ -1,43 +1,7 @@
-#include <atomic>
-#include <cstdlib>
 #include <gtest/gtest.h>
-#include <new>
 
+#include "tests/support/allocations.hpp"
 #include "tests/unit/rig_agent/simulated_rig.hpp"
-
-namespace {
-
-// Counts every allocation of the program while it is on.
-std::atomic<bool> is_counting{false};
-std::atomic<int> allocations{0};
-
-void* counted(std::size_t size, std::size_t alignment) {
-  if (is_counting.load()) ++allocations;
-  void* memory = alignment > alignof(std::max_align_t)
-                     ? std::aligned_alloc(alignment, (size + alignment - 1) / alignment * alignment)
-                     : std::malloc(size == 0 ? 1 : size);
-  if (memory == nullptr) throw std::bad_alloc();
-  return memory;
-}
-
-}  // namespace
-
-void* operator new(std::size_t size) { return counted(size, 0); }
-void* operator new[](std::size_t size) { return counted(size, 0); }
-void* operator new(std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void* operator new[](std::size_t size, std::align_val_t alignment) {
-  return counted(size, static_cast<std::size_t>(alignment));
-}
-void operator delete(void* memory) noexcept { std::free(memory); }
-void operator delete[](void* memory) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::align_val_t) noexcept { std::free(memory); }
-void operator delete(void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
-void operator delete[](void* memory, std::size_t, std::align_val_t) noexcept { std::free(memory); }
 
 namespace tonus::control {
 namespace {
@@ -55,6 +19,7 @@ plant::Profile profile_with_every_effect() {
 }
 
 TEST(RigLoop, AllocatesNothingInTrialsFaultsAndTheirClearing) {
+  if (!testing::counts_allocations()) GTEST_SKIP() << "a sanitizer's malloc cannot be counted";
   SimulatedRig rig(profile_with_every_effect());
   RigLoop& loop = rig.loop();
   Command command;
@@ -64,7 +29,7 @@ TEST(RigLoop, AllocatesNothingInTrialsFaultsAndTheirClearing) {
   command.program.bias_threshold = 1.0;
   loop.post(command);
 
-  is_counting = true;
+  const std::size_t before = testing::allocations();
   std::int64_t now = 0;
   bool has_perturbed = false;
   TrialResult result;
@@ -80,21 +45,21 @@ TEST(RigLoop, AllocatesNothingInTrialsFaultsAndTheirClearing) {
   command.kind = CommandKind::kClearFaults;
   loop.post(command);
   for (int i = 0; i < 10; ++i) loop.step(now += 1'000'000);
-  is_counting = false;
+  const std::size_t after = testing::allocations();
 
   EXPECT_EQ(result.outcome, TrialOutcome::kCompleted);
   EXPECT_TRUE(has_perturbed);
   EXPECT_EQ(loop.state().phase, Phase::kIdle);
-  EXPECT_EQ(allocations.load(), 0) << "in " << cycles << " cycles";
+  EXPECT_EQ(after, before) << "in " << cycles << " cycles";
 }
 
-TEST(CountedNew, CountsAnAllocation) {
-  allocations = 0;
-  is_counting = true;
+TEST(Allocations, OfOperatorNewAreCounted) {
+  if (!testing::counts_allocations()) GTEST_SKIP() << "a sanitizer's malloc cannot be counted";
+  const std::size_t before = testing::allocations();
   void* memory = ::operator new(8);
-  is_counting = false;
+  const std::size_t after = testing::allocations();
   ::operator delete(memory);
-  EXPECT_EQ(allocations.load(), 1);
+  EXPECT_EQ(after, before + 1);
 }
 
 }  // namespace

@@ -1,13 +1,23 @@
-#include "tests/unit/impedance/allocation_count.hpp"
+#include "tests/support/allocations.hpp"
 
 #include <atomic>
 
 namespace {
-std::atomic<std::size_t> count{0};
-}
 
-// malloc and its kin are replaced for this test program by ones that count and pass on to the C library's.
-// Eigen takes its memory from malloc, and so does operator new.
+std::atomic<std::size_t> count{0};
+std::atomic<std::size_t> largest{0};
+
+#ifndef __SANITIZE_ADDRESS__
+void note(std::size_t size) {
+  ++count;
+  std::size_t known = largest.load();
+  while (known < size && !largest.compare_exchange_weak(known, size)) {
+  }
+}
+#endif
+
+}  // namespace
+
 #ifndef __SANITIZE_ADDRESS__
 extern "C" {
 void* __libc_malloc(std::size_t size);                           // NOLINT
@@ -16,27 +26,29 @@ void* __libc_realloc(void* memory, std::size_t size);            // NOLINT
 void* __libc_memalign(std::size_t alignment, std::size_t size);  // NOLINT
 
 void* malloc(std::size_t size) {
-  ++count;
+  note(size);
   return __libc_malloc(size);
 }
 void* calloc(std::size_t number, std::size_t size) {
-  ++count;
+  note(number * size);
   return __libc_calloc(number, size);
 }
 void* realloc(void* memory, std::size_t size) {
-  ++count;
+  note(size);
   return __libc_realloc(memory, size);
 }
 void* aligned_alloc(std::size_t alignment, std::size_t size) {
-  ++count;
+  note(size);
   return __libc_memalign(alignment, size);
 }
 }
 #endif
 
-namespace tonus::impedance::test {
+namespace tonus::testing {
 
 std::size_t allocations() { return count; }
+std::size_t largest_allocation() { return largest; }
+void forget_allocations() { largest = 0; }
 
 bool counts_allocations() {
 #ifdef __SANITIZE_ADDRESS__
@@ -46,4 +58,4 @@ bool counts_allocations() {
 #endif
 }
 
-}  // namespace tonus::impedance::test
+}  // namespace tonus::testing
