@@ -1,5 +1,6 @@
 #include "analysis_service/identification/command_line.hpp"
 
+#include <CLI/CLI.hpp>
 #include <algorithm>
 #include <iterator>
 

@@ -1,12 +1,15 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <optional>
 #include <string>
 #include <vector>
 
 #include "analysis_service/identification/service.hpp"
 #include "services/core/result.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tonus::identification {
 

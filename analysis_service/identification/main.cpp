@@ -1,6 +1,7 @@
 // tonus-identification: judges every trial by what was measured and identifies the arm's impedance as it
 // comes.
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 

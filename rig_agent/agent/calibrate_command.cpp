@@ -1,5 +1,6 @@
 #include "rig_agent/agent/calibrate_command.hpp"
 
+#include <CLI/CLI.hpp>
 #include <cmath>
 #include <numbers>
 #include <spdlog/fmt/fmt.h>

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
 #include <optional>
 #include <string>
@@ -10,6 +9,10 @@
 #include "rig_agent/agent/rig_folder.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/result.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tonus::rig {
 

@@ -1,5 +1,6 @@
 // tonus-rig-agent: the program beside the hardware.
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <spdlog/spdlog.h>
 

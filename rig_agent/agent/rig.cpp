@@ -1,5 +1,6 @@
 #include "rig_agent/agent/rig.hpp"
 
+#include <CLI/CLI.hpp>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 

@@ -1,6 +1,5 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <optional>
@@ -13,6 +12,10 @@
 #include "rig_agent/control/rig_loop.hpp"
 #include "rig_agent/drivers/driver.hpp"
 #include "services/core/result.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tonus::rig {
 

@@ -1,5 +1,6 @@
 // tonus-archive: keeps every raw sample and every message that matters, and proves that they are complete.
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <spdlog/spdlog.h>
 #include <string>

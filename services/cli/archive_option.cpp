@@ -1,5 +1,7 @@
 #include "services/cli/archive_option.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include "services/archive/open_store.hpp"
 #include "services/cli/system.hpp"
 #include "services/runtime/options.hpp"

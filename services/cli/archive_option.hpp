@@ -1,11 +1,14 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 
 #include "services/archive/store.hpp"
 #include "services/core/result.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tonus::cli {
 

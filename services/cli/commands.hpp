@@ -1,7 +1,10 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <functional>
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 /// The subcommands of `tonus`. Each adds itself with its options to the program's command line; when it was
 /// chosen, `chosen` holds what runs it and returns the exit code.

@@ -1,5 +1,6 @@
 // tonus: the command line.
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 
 #include "services/cli/commands.hpp"

@@ -1,5 +1,7 @@
 #include "services/runtime/configuration.hpp"
 
+#include <CLI/CLI.hpp>
+
 #include "services/core/passwords.hpp"
 #include "services/runtime/build.hpp"
 

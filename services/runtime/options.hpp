@@ -1,12 +1,16 @@
 #pragma once
 
-#include <CLI/CLI.hpp>
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "services/bus/bus.hpp"
 #include "services/core/result.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
 
 namespace tonus::runtime {
 

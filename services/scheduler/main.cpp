@@ -1,5 +1,6 @@
 // tonus-scheduler: turns a protocol into trials, one at a time, from what was measured.
 
+#include <CLI/CLI.hpp>
 #include <memory>
 #include <string>
 

@@ -1,5 +1,6 @@
 // tonus-dashboard: from the bus to browsers and to tools that speak the Foxglove WebSocket protocol.
 
+#include <CLI/CLI.hpp>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>

@@ -1,5 +1,6 @@
 #include "services/runtime/configuration.hpp"
 
+#include <CLI/CLI.hpp>
 #include <gtest/gtest.h>
 #include <toml++/toml.h>
 
