@@ -136,20 +136,38 @@ void add_methods(Table& table, const Study& study) {
 void add_models(Table& table, const Study& study) {
   using impedance::Model;
   Share above;
+  Share above_squared;
+  Share above_signed;
   Spread gain;
+  Spread squares;
+  Spread signed_squares;
   for_each_posture(study, [&](const Subject&, const ConditionAnalysis& c, const impedance::Estimate&) {
     const auto with = c.fitting_error(Model::kLinear);
     const auto without = c.fitting_error(Model::kNoDamping);
     const auto coriolis = c.fitting_error(Model::kCoriolis);
-    if (!with || !without || !coriolis) return;
+    const auto squared = c.fitting_error(Model::kSquaredVelocity);
+    const auto with_sign = c.fitting_error(Model::kSignedSquaredVelocity);
+    if (!with || !without || !coriolis || !squared || !with_sign) return;
     for (const Eigen::Index axis : {0, 1}) {
       above.add((*without)[axis] > (*with)[axis]);
       gain.add(1e3 * ((*without)[axis] - (*coriolis)[axis]));
+      above_squared.add((*squared)[axis] > (*with)[axis]);
+      above_signed.add((*with_sign)[axis] > (*with)[axis]);
+      squares.add(1e3 * ((*squared)[axis] - (*with)[axis]));
+      signed_squares.add(1e3 * ((*with_sign)[axis] - (*with)[axis]));
     }
   });
   add_row(table, "fitting error larger without damping (13) than with it (3)", "in every case", above.text());
   add_row(table, "fitting error of (13) less that of (14), Coriolis", "less than 5 mN on average",
           gain.text(" mN", 1));
+  const char* comparable = "comparable; where smaller, by no more than 50 mN";
+  add_row(table, "fitting error of (15), squared velocity, larger than that of (3)", "12 of 20",
+          above_squared.text());
+  add_row(table, "fitting error of (15) less that of (3)", comparable, squares.text(" mN", 1));
+  add_row(table, "fitting error of (15) with signed squares larger than that of (3)", "12 of 20",
+          above_signed.text());
+  add_row(table, "fitting error of (15) with signed squares less that of (3)", comparable,
+          signed_squares.text(" mN", 1));
 }
 
 void add_constrained(Table& table, const Study& study) {

@@ -21,8 +21,8 @@ std::vector<impedance::Options> analyses() {
     options.has_trace = method == impedance::Method::kStateVariable;
     all.push_back(options);
   }
-  for (const impedance::Model model :
-       {impedance::Model::kNoDamping, impedance::Model::kCoriolis, impedance::Model::kSquaredVelocity}) {
+  for (const impedance::Model model : impedance::kModels) {
+    if (model == impedance::Model::kLinear) continue;
     impedance::Options options;
     options.model = model;
     options.has_trace = false;

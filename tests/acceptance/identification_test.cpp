@@ -114,11 +114,15 @@ TEST(ModelComparison, OrdersTheModelsAsTableTwoDoesUnderDriftAndTremor) {
     const auto no_damping = sigma(Model::kNoDamping);
     const auto coriolis = sigma(Model::kCoriolis);
     const auto squared = sigma(Model::kSquaredVelocity);
+    const auto signed_squares = sigma(Model::kSignedSquaredVelocity);
     for (std::size_t axis = 0; axis < 2; ++axis) {
       SCOPED_TRACE(posture.name + ", axis " + std::to_string(axis));
       EXPECT_GT(no_damping[axis], linear[axis]);
       EXPECT_LT(no_damping[axis] - coriolis[axis], 0.005);  // N
       EXPECT_LT(linear[axis] - squared[axis], sensor_noise);
+      EXPECT_LT(linear[axis] - signed_squares[axis], sensor_noise);
+      // Published: comparable with (3). Only squares that keep their sign can be.
+      EXPECT_LT(signed_squares[axis] - linear[axis], no_damping[axis] - signed_squares[axis]);
     }
   }
 }
