@@ -13,9 +13,6 @@ constexpr std::size_t kGapsAtOnce = 64;
 /// Trials under way whose counts are kept; more is nonsense from the wire.
 constexpr std::size_t kMostTallies = 1024;
 
-/// Certified trials that are remembered for late repetitions of their samples.
-constexpr std::size_t kClosedTrials = 64;
-
 /// Between two receipts of one rig's streams, which replace each other on the bus.
 constexpr Clock::Duration kReceiptSpacing = std::chrono::milliseconds(20);
 
@@ -230,115 +227,8 @@ Decisions Ingest::step() {
   return decisions;
 }
 
-void Ingest::certify(TrialRecord& trial) const {
-  const auto stream = streams_.find(trial.stream);
-  const auto tally = tallies_.find(trial.trial);
-  Certificate& certificate = trial.certificate;
-  certificate = {};
-  certificate.expected = trial.range().count();
-  certificate.received = stream == streams_.end() ? 0 : stream->second.received.count_in(trial.range());
-  certificate.missing = certificate.expected - certificate.received;
-  if (tally != tallies_.end()) {
-    certificate.resent = tally->second.counts.resent;
-    certificate.duplicated = tally->second.counts.duplicated;
-  }
-  trial.is_certified = certificate.missing == 0;
-  trial.certified_ns = trial.is_certified ? clock_.utc_ns() : 0;
-}
-
 bool Ingest::has_uncertified_end() const {
   return std::any_of(ended_.begin(), ended_.end(), [](const auto& e) { return !e.second.is_certified; });
-}
-
-Result<SessionCertificate> Ingest::certify(const Id& session, std::uint32_t end) const {
-  const auto stored = store_.trials(session);
-  if (!stored) return stored.error();
-  std::map<Id, TrialRecord> trials;
-  for (const TrialRecord& trial : *stored) trials[trial.trial] = trial;
-  for (const auto& [id, pending] : pending_) {
-    if (pending.record.session != session) continue;
-    certify(trials[id] = pending.record);
-  }
-  SessionCertificate sum;
-  sum.session = session;
-  sum.end = end;
-  sum.rig = session == session_.session ? session_.rig : kNoId;
-  sum.certified_ns = clock_.utc_ns();
-  for (const auto& [id, trial] : trials) {
-    sum.rig = trial.stream.rig;
-    ++sum.trials;
-    sum.incomplete_trials += trial.is_certified ? 0 : 1;
-    sum.sums.expected += trial.certificate.expected;
-    sum.sums.received += trial.certificate.received;
-    sum.sums.resent += trial.certificate.resent;
-    sum.sums.duplicated += trial.certificate.duplicated;
-    sum.sums.missing += trial.certificate.missing;
-  }
-  return sum;
-}
-
-Result<void> Ingest::fill_batch() {
-  // What follows from the items that wait is made anew for each try.
-  batch_.streams.clear();
-  batch_.tallies.clear();
-  batch_.trials.clear();
-  batch_.certificates.clear();
-  for (const auto& [key, stream] : streams_) {
-    if (stream.is_changed)
-      batch_.streams.push_back({key, stream.origin, stream.received, stream.resent, stream.duplicated});
-  }
-  for (const auto& [id, tally] : tallies_) {
-    if (tally.is_changed) batch_.tallies.push_back(tally.counts);
-  }
-  for (const auto& [id, pending] : pending_) {
-    TrialRecord trial = pending.record;
-    certify(trial);
-    if (trial.is_certified || !pending.is_stored) batch_.trials.push_back(trial);
-  }
-  for (const TrialRecord& trial : batch_.trials) {
-    if (const auto ended = ended_.find(trial.session); ended != ended_.end())
-      ended->second.is_certified = false;
-  }
-  for (const auto& [session, ended] : ended_) {
-    if (ended.is_certified) continue;
-    auto certificate = certify(session, ended.end);
-    if (!certificate) return certificate.error();
-    batch_.certificates.push_back(std::move(*certificate));
-  }
-  return {};
-}
-
-void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
-  auto filled = fill_batch();
-  if (auto committed = filled ? store_.commit(batch_) : filled; !committed) {
-    failure_ = committed.error().message;
-    retry_at_ = now + options_.retry_interval;
-    return;
-  }
-  failure_.clear();
-  retry_at_ = now;
-  for (auto& [key, stream] : streams_) {
-    if (!std::exchange(stream.is_changed, false)) continue;
-    const std::uint64_t before = stream.durable.first_missing(stream.origin);
-    stream.durable = stream.received;
-    stream.owes_receipt |= stream.durable.first_missing(stream.origin) > before;
-  }
-  for (auto& [id, tally] : tallies_) tally.is_changed = false;
-  for (const TrialRecord& trial : batch_.trials) {
-    pending_[trial.trial].is_stored = true;
-    if (!trial.is_certified) continue;
-    decisions.trial_receipts.push_back(receipt_of(trial));
-    pending_.erase(trial.trial);
-    tallies_.erase(trial.trial);
-    closed_.push_back(trial.trial);
-    if (closed_.size() > kClosedTrials) closed_.pop_front();
-  }
-  for (const SessionCertificate& certificate : batch_.certificates)
-    ended_[certificate.session].is_certified = true;
-  decisions.session_receipts.insert(decisions.session_receipts.end(), batch_.certificates.begin(),
-                                    batch_.certificates.end());
-  batch_ = {};
-  waiting_bytes_ = 0;
 }
 
 void Ingest::give_up_trials(Clock::TimePoint now, Decisions& decisions) {
@@ -396,13 +286,6 @@ void Ingest::ask_for_missing(Clock::TimePoint now, Decisions& decisions) {
 
 TrialReceipt Ingest::receipt_of(const TrialRecord& trial) {
   return {trial.trial, trial.session, trial.stream, trial.range().end, trial.certificate};
-}
-
-Result<void> Ingest::finish() {
-  Decisions unsent;
-  if (commit_due() != Clock::TimePoint::max()) commit(clock_.now(), unsent);
-  if (failure_.empty()) return {};
-  return fail(ErrorCode::kIo, failure_);
 }
 
 IngestStatus Ingest::status() const {
