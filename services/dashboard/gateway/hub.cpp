@@ -42,7 +42,7 @@ ClientId Hub::join(ClientLink& link, Role role, const std::string& peer) {
                                            Allowance(options_.frames_per_second, options_.frames_burst),
                                            {},
                                            {},
-                                           0,
+                                           Allowance(options_.malformed_per_second, options_.malformed_burst),
                                            false})
                        .first->second;
   ServerInfo info{"tonus-dashboard", options_.session, options_.metadata};
@@ -157,7 +157,7 @@ void Hub::take_request(Client& client, std::span<const std::byte> data) {
 
 void Hub::complain(Client& client, const std::string& what) {
   refuse(Refused::kMalformed, client.peer, what);
-  if (++client.malformed > options_.malformed_allowed) {
+  if (!client.malformed.spend(clock_.now())) {
     client.is_ending = true;
     client.link->end(CloseCode::kPolicy,
                      "too many messages that cannot be understood; the last one: " + what);

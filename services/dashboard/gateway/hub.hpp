@@ -45,7 +45,8 @@ class Hub {
     LatestValues::Limits latest;
     double frames_per_second = 50.0;  ///< That a client may send; more is a flood.
     double frames_burst = 200.0;
-    int malformed_allowed = 8;  ///< Frames that cannot be understood, before the client has to go.
+    double malformed_per_second = 1.0 / 60.0;  ///< Frames that cannot be understood; with more the client has
+    double malformed_burst = 8.0;              ///< to go.
     Id rig{};
     std::vector<std::pair<std::string, std::string>> metadata;  ///< For the server's info.
     std::string session;                                        ///< Of this start of the gateway.
@@ -95,7 +96,7 @@ class Hub {
     Allowance frames;
     std::map<std::uint32_t, std::uint32_t> subscriptions;  ///< Subscription to channel.
     std::map<std::uint32_t, ClientChannel> channels;       ///< That it publishes on.
-    int malformed = 0;
+    Allowance malformed;
     bool is_ending = false;
   };
   struct Listener {

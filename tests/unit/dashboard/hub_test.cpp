@@ -192,6 +192,17 @@ TEST_F(HubTest, AMalformedMessageIsAnsweredAndManyEndTheConnection) {
   EXPECT_GE(hub_->refused(Refused::kMalformed), 9U);
 }
 
+TEST_F(HubTest, AClientThatErrsNowAndThenStays) {
+  Link link;
+  const auto id = join(link);
+  for (int i = 0; i < 100; ++i) {
+    hub_->on_text(id, "nonsense");
+    clock_.advance(std::chrono::minutes(1));
+  }
+  EXPECT_FALSE(link.ended);
+  EXPECT_THAT(sent(id), SizeIs(100));
+}
+
 TEST_F(HubTest, UnknownChannelsAndDoubledSubscriptionsAreRefused) {
   Link link;
   const auto id = join(link);
@@ -220,7 +231,7 @@ TEST_F(HubTest, TakesRequestsFromItsRequestTopicOnly) {
 TEST_F(HubTest, ADashboardMayAnnounceTopicsOfItsOwnAgainAndAgain) {
   Link link;
   const auto id = join(link);
-  for (int i = 0; i < 3 * Hub::Options{}.malformed_allowed; ++i) {
+  for (int i = 0; i < 24; ++i) {
     hub_->on_text(id, R"({"op": "advertise", "channels": [{"id": 7, "topic": "/clicked_point",
                           "encoding": "json"}]})");
     hub_->on_text(id, R"({"op": "unadvertise", "channelIds": [7]})");
