@@ -49,7 +49,8 @@ class SessionClient {
   /// Newest estimates of a session's conditions, in the order of posture, set and method.
   [[nodiscard]] std::vector<v1::Estimate> estimates(const Id& session) const;
 
-  /// True when every trial that was judged valid stands behind some estimate: the last results have arrived.
+  /// True when every trial that the session counts has its verdict, and every valid one stands behind some
+  /// estimate: the last results have arrived.
   [[nodiscard]] bool has_estimated_every_valid_trial(const Id& session) const;
 
   /// Verdicts of a session that were not valid, in the order of attempts.
