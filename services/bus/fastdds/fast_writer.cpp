@@ -41,6 +41,10 @@ Result<std::unique_ptr<Writer>> FastWriter::create(std::shared_ptr<FastParticipa
 FastWriter::~FastWriter() {
   if (writer_ == nullptr) return;
   writer_->set_listener(nullptr);
+  // Fast DDS 2.9 gives the history's samples back one by one while heartbeats go on; a heartbeat that looks
+  // for gaps among samples that are given back seeks without end, and the destructor waits for it.
+  std::size_t removed = 0;
+  (void)writer_->clear_history(&removed);
   participant_->publisher().delete_datawriter(writer_);
 }
 
