@@ -32,7 +32,7 @@ std::optional<std::vector<double>> finite_numbers(const nlohmann::json& value, s
 }  // namespace
 
 Result<JsonFile> JsonFile::read(const std::filesystem::path& file) {
-  const auto text = read_lines(file);
+  const auto text = read_unmarked(file);
   if (!text) return text.error();
   JsonFile json(file);
   try {

@@ -7,6 +7,11 @@
 #include <utility>
 
 namespace tonus::recording {
+namespace {
+
+constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+
+}  // namespace
 
 LineReader::LineReader(std::filesystem::path path, RegularFile file)
     : path_(std::move(path)), file_(std::move(file)) {
@@ -21,7 +26,6 @@ Result<LineReader> LineReader::open(const std::filesystem::path& path) {
 }
 
 Result<std::string_view> LineReader::next() {
-  constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
   std::memmove(buffer_.data(), buffer_.data() + given_, filled_ - given_);
   filled_ -= given_;
   given_ = 0;
@@ -40,17 +44,10 @@ Result<std::string_view> LineReader::next() {
   }
 }
 
-Result<std::string> read_lines(const std::filesystem::path& path) {
-  auto file = LineReader::open(path);
-  if (!file) return file.error();
-  std::string text;
-  text.reserve(file->size());
-  while (true) {
-    const auto lines = file->next();
-    if (!lines) return lines.error();
-    if (lines->empty()) return text;
-    text += *lines;
-  }
+Result<std::string> read_unmarked(const std::filesystem::path& path) {
+  auto text = read_text_file(path);
+  if (text && text->starts_with(kByteOrderMark)) text->erase(0, kByteOrderMark.size());
+  return text;
 }
 
 }  // namespace tonus::recording

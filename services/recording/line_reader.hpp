@@ -33,7 +33,7 @@ class LineReader {
   bool is_first_ = true;
 };
 
-/// All lines at once. Errors as LineReader.
-[[nodiscard]] Result<std::string> read_lines(const std::filesystem::path& path);
+/// The whole of a short text file, without a byte-order mark. Errors as LineReader.
+[[nodiscard]] Result<std::string> read_unmarked(const std::filesystem::path& path);
 
 }  // namespace tonus::recording

@@ -41,7 +41,7 @@ std::optional<double> parse_number(std::string_view cell) {
 }
 
 Result<Table> Table::read(const std::filesystem::path& file) {
-  auto text = read_lines(file);
+  auto text = read_unmarked(file);
   if (!text) return text.error();
   Table table;
   table.file_ = file;
