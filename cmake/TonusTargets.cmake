@@ -10,10 +10,14 @@ if(NOT CMAKE_BUILD_TYPE)
   set(CMAKE_BUILD_TYPE RelWithDebInfo)
 endif()
 
+# Paths below the sources count as relative, so that one checkout's results serve the next one. What was compiled with a
+# precompiled header is kept only when ccache is told that macros in it do not change.
 find_program(CCACHE ccache)
 if(CCACHE)
-  set(CMAKE_CXX_COMPILER_LAUNCHER ${CCACHE})
-  set(CMAKE_C_COMPILER_LAUNCHER ${CCACHE})
+  set(launcher ${CMAKE_COMMAND} -E env CCACHE_BASEDIR=${PROJECT_SOURCE_DIR} CCACHE_NOHASHDIR=1
+      CCACHE_SLOPPINESS=pch_defines,time_macros ${CCACHE})
+  set(CMAKE_CXX_COMPILER_LAUNCHER ${launcher})
+  set(CMAKE_C_COMPILER_LAUNCHER ${launcher})
 endif()
 
 set(TONUS_SANITIZE "" CACHE STRING "Sanitizers of all own targets, e.g. address,undefined or thread")
@@ -31,35 +35,111 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   target_compile_options(tonus_options INTERFACE -Wno-restrict)
 endif()
 
-# tonus_library(NAME SOURCES a.cpp ... [DEPENDS target ...] [PRIVATE_DEPENDS target ...])
+# Nearly half of a build are the tests' own sources, and nobody measures how fast those run; likewise command lines.
+set(TONUS_SHORT_BUILD $<$<CONFIG:RelWithDebInfo>:-O1>)
+
+# Three precompiled headers, none of which costs a source more than it saves. CLI11 and nlohmann-json are in that of the
+# command lines alone: whoever reads CLI11 compiles its validators too, for 5 s. Sources include what they use all the same.
+option(TONUS_PRECOMPILED_HEADERS "Read the headers of std, spdlog, Eigen, toml++ once for all sources" OFF)
+if(TONUS_PRECOMPILED_HEADERS)
+  if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CCACHE)
+    target_compile_options(tonus_options INTERFACE $<$<COMPILE_LANGUAGE:CXX>:-fpch-preprocess>)
+  endif()
+  # A source may use a precompiled header only with the same macros that it was made with.
+  target_link_libraries(tonus_options INTERFACE Eigen3::Eigen spdlog::spdlog tomlplusplus::tomlplusplus)
+endif()
+
+function(tonus_make_precompiled_headers)
+  if(NOT TONUS_PRECOMPILED_HEADERS)
+    return()
+  endif()
+  set(common
+    <algorithm> <array> <atomic> <chrono> <cmath> <condition_variable> <cstdint> <cstring> <filesystem> <fstream>
+    <functional> <limits> <map> <memory> <mutex> <numeric> <optional> <set> <span> <sstream> <string> <string_view>
+    <thread> <unordered_map> <variant> <vector> <Eigen/Dense> <spdlog/fmt/fmt.h> <spdlog/spdlog.h> <toml++/toml.h>)
+  set(source ${PROJECT_BINARY_DIR}/empty.cpp)
+  file(CONFIGURE OUTPUT ${source} CONTENT "")
+  foreach(kind library command test)
+    add_library(tonus_${kind}_headers OBJECT ${source})
+    target_link_libraries(tonus_${kind}_headers PRIVATE tonus_options)
+    target_precompile_headers(tonus_${kind}_headers PRIVATE ${common})
+  endforeach()
+  target_link_libraries(tonus_command_headers PRIVATE CLI11::CLI11 nlohmann_json::nlohmann_json)
+  target_compile_options(tonus_command_headers PRIVATE ${TONUS_SHORT_BUILD})
+  target_precompile_headers(tonus_command_headers PRIVATE <CLI/CLI.hpp> <nlohmann/json.hpp>)
+  target_compile_options(tonus_test_headers PRIVATE ${TONUS_SHORT_BUILD})
+  if(TONUS_TESTS)
+    target_link_libraries(tonus_test_headers PRIVATE GTest::gmock)
+    target_precompile_headers(tonus_test_headers PRIVATE <gmock/gmock.h> <gtest/gtest.h>)
+  else()
+    set_target_properties(tonus_test_headers PROPERTIES EXCLUDE_FROM_ALL TRUE)
+  endif()
+endfunction()
+
+# Library, command (short build) or test (short build).
+function(tonus_compile_as kind target)
+  if(NOT kind STREQUAL "library")
+    target_compile_options(${target} PRIVATE ${TONUS_SHORT_BUILD})
+  endif()
+  if(TONUS_PRECOMPILED_HEADERS)
+    if(kind STREQUAL "command")
+      target_link_libraries(${target} PRIVATE CLI11::CLI11 nlohmann_json::nlohmann_json)
+    endif()
+    target_precompile_headers(${target} REUSE_FROM tonus_${kind}_headers)
+  endif()
+endfunction()
+
+# tonus_library(NAME SOURCES a.cpp ... [DEPENDS target ...] [PRIVATE_DEPENDS target ...] [COMMAND_LINE])
+# COMMAND_LINE: most of its sources read the command line; compiled for a short build.
 function(tonus_library name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "COMMAND_LINE" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC tonus_options ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE_DEPENDS})
+  if(ARG_COMMAND_LINE)
+    tonus_compile_as(command ${name})
+  else()
+    tonus_compile_as(library ${name})
+  endif()
 endfunction()
 
-# tonus_executable(NAME SOURCES a.cpp ... [DEPENDS target ...])
+# tonus_executable(NAME SOURCES a.cpp ... [DEPENDS target ...] [COMMAND_LINE])
 function(tonus_executable name)
-  cmake_parse_arguments(ARG "" "" "SOURCES;DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "COMMAND_LINE" "" "SOURCES;DEPENDS" ${ARGN})
   add_executable(${name} ${ARG_SOURCES})
   target_link_libraries(${name} PRIVATE tonus_options ${ARG_DEPENDS})
+  if(ARG_COMMAND_LINE)
+    tonus_compile_as(command ${name})
+  else()
+    tonus_compile_as(library ${name})
+  endif()
 endfunction()
 
-# tonus_test(NAME SOURCES a_test.cpp ... [DEPENDS target ...] [LABELS unit|contract|...] [TIMEOUT seconds] [SERIAL])
-# One GoogleTest program; each of its tests is one ctest. SERIAL: shares the machine with no other test.
+# tonus_test(NAME SOURCES a_test.cpp ... [DEPENDS target ...] [LABELS unit|contract|...] [TIMEOUT seconds] [SERIAL]
+#            [WHOLE])
+# One GoogleTest program; each of its tests is one ctest, or, with WHOLE, the program is. SERIAL: shares the machine with
+# no other test. The target tonus_unit_tests builds all that have the label unit.
 function(tonus_test name)
-  cmake_parse_arguments(ARG "SERIAL" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
+  cmake_parse_arguments(ARG "SERIAL;WHOLE" "TIMEOUT" "SOURCES;DEPENDS;LABELS" ${ARGN})
   if(NOT ARG_TIMEOUT)
     set(ARG_TIMEOUT 120)
   endif()
   add_executable(${name} ${ARG_SOURCES})
   set_target_properties(${name} PROPERTIES RUNTIME_OUTPUT_DIRECTORY ${PROJECT_BINARY_DIR}/tests)
   target_link_libraries(${name} PRIVATE tonus_options ${ARG_DEPENDS} GTest::gmock GTest::gtest_main)
-  # Nearly half of a build are the tests' own sources, and nobody measures how fast those run.
-  target_compile_options(${name} PRIVATE $<$<CONFIG:RelWithDebInfo>:-O1>)
+  tonus_compile_as(test ${name})
   set(properties LABELS "${ARG_LABELS}" TIMEOUT ${ARG_TIMEOUT})
   if(ARG_SERIAL)
     list(APPEND properties RUN_SERIAL TRUE)
   endif()
-  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_TIMEOUT 60 PROPERTIES ${properties})
+  if("unit" IN_LIST ARG_LABELS)
+    add_dependencies(tonus_unit_tests ${name})
+  endif()
+  if(ARG_WHOLE)
+    add_test(NAME ${name} COMMAND ${name})
+    set_tests_properties(${name} PROPERTIES ${properties})
+    return()
+  endif()
+  # ctest lists the tests of a new program, rather than the build: a build does not run what it has just linked.
+  gtest_discover_tests(${name} TEST_PREFIX ${name}. DISCOVERY_MODE PRE_TEST DISCOVERY_TIMEOUT 60
+    PROPERTIES ${properties})
 endfunction()

@@ -9,7 +9,7 @@
 #include "analysis_service/identification/measured_trial.hpp"
 #include "analysis_service/impedance/trial.hpp"
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::identification {
 
@@ -40,7 +40,7 @@ struct TrialFrame {
 /// Settings of impedance::prepare_trial for a rig and frame.
 [[nodiscard]] impedance::Preparation preparation_of(const TrialFrame& frame, const RigGeometry& rig);
 
-/// Rows to endpoint displacement and force (services/core/rig_geometry.hpp), in order.
+/// Rows to endpoint displacement and force (services/mechanics/rig_geometry.hpp), in order.
 [[nodiscard]] std::vector<EndpointSample> convert(const RigGeometry& rig, const ShoulderPose& shoulder,
                                                   std::span<const Row> rows);
 

@@ -69,7 +69,7 @@ Result<void> LiveEstimator::settle(const MeasuredTrial& trial, bool is_valid, co
     stream.identifier.discard_trial();
     return {};
   }
-  if (followed.next >= report.range.first && followed.next <= report.range.last) {
+  if (report.range.contains(followed.next)) {
     push(stream, followed, std::span(trial.rows).subspan(followed.next - report.range.first));
   }
   if (followed.first > report.range.first || followed.onset != report.onset) return add_whole(trial, rig);
@@ -110,10 +110,8 @@ std::optional<ConditionEstimate> LiveEstimator::estimate() const {
   live.options = options_;
   live.estimate = stream->second.identifier.estimate();
   live.trials = stream->second.sources;
-  live.trials.push_back({followed_->plan.attempt,
-                         followed_->epoch,
-                         {followed_->first, followed_->next - 1},
-                         *followed_->onset});
+  live.trials.push_back(
+      {followed_->plan.attempt, followed_->epoch, {followed_->first, followed_->next}, *followed_->onset});
   return live;
 }
 

@@ -7,8 +7,9 @@
 #include <string>
 #include <vector>
 
+#include "services/contract/sequence.hpp"
 #include "services/core/id.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 /// What was measured in a trial, in the terms of this service: free of the wire's types.
 namespace tonus::identification {
@@ -42,15 +43,6 @@ struct RowBlock {
   std::uint64_t epoch = 0;
   std::uint64_t first_sequence = 0;
   std::span<const Row> rows;
-};
-
-/// Rows first .. last, both of them included.
-struct SequenceRange {
-  std::uint64_t first = 0;
-  std::uint64_t last = 0;
-
-  [[nodiscard]] std::uint64_t rows() const { return last - first + 1; }
-  friend bool operator==(const SequenceRange&, const SequenceRange&) = default;
 };
 
 enum class TrialKind : std::uint8_t {

@@ -49,27 +49,27 @@ void RowStore::insert_run(std::uint64_t first_sequence, std::span<const Row> row
 }
 
 void RowStore::erase(const SequenceRange& range) {
-  for (auto run = run_reaching(range.first); run != runs_.end() && run->first <= range.last;
+  if (range.is_empty()) return;
+  for (auto run = run_reaching(range.first); run != runs_.end() && run->first < range.end;
        run = run_reaching(range.first)) {
     const auto node = runs_.extract(run);
     const std::uint64_t first = node.key();
     const std::span<const Row> rows = node.mapped();
     rows_ -= rows.size();
     if (first < range.first) insert_run(first, rows.first(range.first - first));
-    if (range.last - first < rows.size() - 1)
-      insert_run(range.last + 1, rows.subspan(range.last + 1 - first));
+    if (range.end - first < rows.size()) insert_run(range.end, rows.subspan(range.end - first));
   }
 }
 
 std::vector<SequenceRange> RowStore::missing(const SequenceRange& range) const {
   std::vector<SequenceRange> gaps;
   std::uint64_t next = range.first;
-  for (auto run = run_reaching(range.first); next <= range.last; ++run) {
-    if (run == runs_.end() || run->first > range.last) {
-      gaps.push_back({next, range.last});
+  for (auto run = run_reaching(range.first); next < range.end; ++run) {
+    if (run == runs_.end() || run->first >= range.end) {
+      gaps.push_back({next, range.end});
       break;
     }
-    if (run->first > next) gaps.push_back({next, run->first - 1});
+    if (run->first > next) gaps.push_back({next, run->first});
     next = end_of(*run);
   }
   return gaps;
@@ -77,7 +77,7 @@ std::vector<SequenceRange> RowStore::missing(const SequenceRange& range) const {
 
 bool RowStore::holds(const SequenceRange& range) const {
   const auto run = run_reaching(range.first);
-  return run != runs_.end() && run->first <= range.first && end_of(*run) > range.last;
+  return run != runs_.end() && run->first <= range.first && end_of(*run) >= range.end;
 }
 
 std::span<const Row> RowStore::from(std::uint64_t sequence) const {
@@ -89,10 +89,10 @@ std::span<const Row> RowStore::from(std::uint64_t sequence) const {
 std::vector<Row> RowStore::copy(const SequenceRange& range) const {
   Row placeholder;
   placeholder.is_missing = true;
-  std::vector<Row> rows(range.rows(), placeholder);
-  for (auto run = run_reaching(range.first); run != runs_.end() && run->first <= range.last; ++run) {
+  std::vector<Row> rows(range.count(), placeholder);
+  for (auto run = run_reaching(range.first); run != runs_.end() && run->first < range.end; ++run) {
     const std::uint64_t first = std::max(run->first, range.first);
-    const std::uint64_t end = std::min(end_of(*run), range.last + 1);
+    const std::uint64_t end = std::min(end_of(*run), range.end);
     std::copy_n(run->second.begin() + static_cast<std::ptrdiff_t>(first - run->first), end - first,
                 rows.begin() + static_cast<std::ptrdiff_t>(first - range.first));
   }
@@ -101,7 +101,7 @@ std::vector<Row> RowStore::copy(const SequenceRange& range) const {
 
 std::vector<SequenceRange> RowStore::runs() const {
   std::vector<SequenceRange> all;
-  for (const auto& run : runs_) all.push_back({run.first, end_of(run) - 1});
+  for (const auto& run : runs_) all.push_back({run.first, end_of(run)});
   return all;
 }
 

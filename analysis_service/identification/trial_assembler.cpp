@@ -7,20 +7,17 @@
 namespace tonus::identification {
 namespace {
 
-bool overlap(const SequenceRange& a, const SequenceRange& b) {
-  return a.first <= b.last && b.first <= a.last;
-}
+bool overlap(const SequenceRange& a, const SequenceRange& b) { return a.first < b.end && b.first < a.end; }
 
 /// A range that can be assembled: not empty, its onset inside, and no longer than the buffer.
 bool is_sound(const TrialReport& report, std::size_t most_rows) {
   const SequenceRange& range = report.range;
-  return report.end != TrialEnd::kRefused && range.first <= range.last &&
-         range.last < std::numeric_limits<std::uint64_t>::max() && range.rows() <= most_rows;
+  return report.end != TrialEnd::kRefused && !range.is_empty() && range.count() <= most_rows;
 }
 
 std::uint64_t rows_in(const std::vector<SequenceRange>& ranges) {
   std::uint64_t rows = 0;
-  for (const auto& range : ranges) rows += range.rows();
+  for (const auto& range : ranges) rows += range.count();
   return rows;
 }
 
@@ -36,7 +33,7 @@ void TrialAssembler::add(const RowBlock& block) {
     counts_.outside += block.rows.size();
     return;
   }
-  const StreamKey stream{block.epoch, block.rig};
+  const StreamKey stream{block.rig, block.epoch};
   if (rows_held_ + block.rows.size() > limits_.rows &&
       !make_room(block.rows.size(), stream, block.first_sequence)) {
     counts_.refused += block.rows.size();
@@ -129,12 +126,12 @@ MeasuredTrial TrialAssembler::finish(WaitingTrials::iterator trial) {
   measured.resend_requests = waiting.requests;
   if (is_sound(waiting.report, limits_.rows)) {
     measured.missing_rows = rows_in(gaps(waiting.report));
-    RowStore& rows = streams_[{waiting.report.epoch, waiting.report.plan.rig}];
+    RowStore& rows = streams_[{waiting.report.plan.rig, waiting.report.epoch}];
     measured.rows = rows.copy(waiting.report.range);
     rows_held_ -= rows.rows();
     rows.erase(waiting.report.range);
     rows_held_ += rows.rows();
-    if (rows.rows() == 0) streams_.erase({waiting.report.epoch, waiting.report.plan.rig});
+    if (rows.rows() == 0) streams_.erase({waiting.report.plan.rig, waiting.report.epoch});
   }
   done_.insert(trial->first);
   done_order_.push_back(trial->first);
@@ -160,7 +157,7 @@ Clock::TimePoint TrialAssembler::next_due() const {
 
 std::span<const Row> TrialAssembler::rows_from(const Id& rig, std::uint64_t epoch,
                                                std::uint64_t sequence) const {
-  const auto stream = streams_.find({epoch, rig});
+  const auto stream = streams_.find({rig, epoch});
   if (stream == streams_.end()) return {};
   return stream->second.from(sequence);
 }
@@ -181,19 +178,19 @@ bool TrialAssembler::is_settled(const Waiting& waiting, Clock::TimePoint now) co
   const TrialReport& report = waiting.report;
   if (!is_sound(report, limits_.rows)) return true;
   if (report.end != TrialEnd::kCompleted && now >= waiting.due) return true;
-  const auto stream = streams_.find({report.epoch, report.plan.rig});
+  const auto stream = streams_.find({report.plan.rig, report.epoch});
   return stream != streams_.end() && stream->second.holds(report.range);
 }
 
 bool TrialAssembler::is_wanted(const RowBlock& block) const {
-  const SequenceRange range{block.first_sequence, block.first_sequence + block.rows.size() - 1};
-  return is_claimed({block.epoch, block.rig}, range);
+  const SequenceRange range{block.first_sequence, block.first_sequence + block.rows.size()};
+  return is_claimed({block.rig, block.epoch}, range);
 }
 
 bool TrialAssembler::is_claimed(const StreamKey& stream, const SequenceRange& run) const {
   return std::any_of(waiting_.begin(), waiting_.end(), [&](const auto& entry) {
     const TrialReport& report = entry.second.report;
-    return is_current(entry.second) && StreamKey{report.epoch, report.plan.rig} == stream &&
+    return is_current(entry.second) && StreamKey{report.plan.rig, report.epoch} == stream &&
            overlap(report.range, run);
   });
 }
@@ -207,22 +204,22 @@ std::size_t TrialAssembler::free_slots() const {
 }
 
 std::vector<SequenceRange> TrialAssembler::gaps(const TrialReport& report) const {
-  const auto stream = streams_.find({report.epoch, report.plan.rig});
+  const auto stream = streams_.find({report.plan.rig, report.epoch});
   if (stream == streams_.end()) return {report.range};
   return stream->second.missing(report.range);
 }
 
-/// Gives up rows that no report of the session has claimed, the oldest first, but none of the run that the
-/// new rows go on with.
+/// Gives up rows that no report of the session has claimed, the oldest first, but not the run that the new
+/// rows continue.
 bool TrialAssembler::make_room(std::size_t rows, const StreamKey& stream, std::uint64_t first_sequence) {
   for (auto& [key, store] : streams_) {
     for (const SequenceRange& run : store.runs()) {
       if (rows_held_ + rows <= limits_.rows) return true;
-      const bool is_gone_on_with = key == stream && run.last + 1 == first_sequence;
-      if (is_gone_on_with || is_claimed(key, run)) continue;
+      const bool is_continued = key == stream && run.end == first_sequence;
+      if (is_continued || is_claimed(key, run)) continue;
       store.erase(run);
-      rows_held_ -= run.rows();
-      counts_.evicted += run.rows();
+      rows_held_ -= run.count();
+      counts_.evicted += run.count();
     }
   }
   return rows_held_ + rows <= limits_.rows;

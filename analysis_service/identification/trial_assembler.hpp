@@ -6,6 +6,7 @@
 #include <map>
 #include <set>
 #include <span>
+#include <tuple>
 #include <vector>
 
 #include "analysis_service/identification/measured_trial.hpp"
@@ -92,7 +93,6 @@ class TrialAssembler {
   [[nodiscard]] const AssemblerCounts& counts() const { return counts_; }
 
  private:
-  using StreamKey = std::pair<std::uint64_t, Id>;  // epoch, rig
   struct Waiting {
     TrialReport report;
     Clock::TimePoint due;
@@ -120,7 +120,13 @@ class TrialAssembler {
 
   AssemblerLimits limits_;
   Id session_{};
-  std::map<StreamKey, RowStore> streams_;
+  /// By the start of the agent: room is made among the oldest rows.
+  struct OldestFirst {
+    bool operator()(const StreamKey& a, const StreamKey& b) const {
+      return std::tie(a.epoch, a.rig) < std::tie(b.epoch, b.rig);
+    }
+  };
+  std::map<StreamKey, RowStore, OldestFirst> streams_;
   WaitingTrials waiting_;
   std::set<Id> done_;
   std::deque<Id> done_order_;

@@ -267,11 +267,11 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
         defect, fmt::format("{}{}{}", name_of(report.end), report.detail.empty() ? "" : ", ", report.detail));
     return std::move(findings).verdict(measured, {});
   }
-  const bool has_onset = report.onset >= report.range.first && report.onset <= report.range.last;
+  const bool has_onset = report.range.contains(report.onset);
   if (trial.rows.empty() || !(report.sample_rate > 0.0) || (!is_recording && !has_onset)) {
     findings.add(Defect::kGap,
                  fmt::format("rows {} to {}, onset {}, at {} Hz cannot be put together", report.range.first,
-                             report.range.last, report.onset, report.sample_rate));
+                             report.range.last(), report.onset, report.sample_rate));
     return std::move(findings).verdict(measured, {});
   }
 

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis_service/identification/measured_trial.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::identification {
 

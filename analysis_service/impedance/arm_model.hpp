@@ -3,7 +3,7 @@
 #include <Eigen/Core>
 
 #include "services/core/result.hpp"
-#include "services/core/two_link.hpp"
+#include "services/mechanics/two_link.hpp"
 
 namespace tonus::impedance {
 

@@ -6,7 +6,8 @@
 
 namespace tonus::impedance {
 
-/// Limits of force_lags(); sound data stand well apart from them (tests/unit/impedance/refusal_test.cpp).
+/// Limits of force_lags(); sound data stand well apart from them
+/// (tests/unit/analysis_service/impedance/refusal_test.cpp).
 inline constexpr double kLagScanned = 0.060;     ///< s, to both sides.
 inline constexpr double kLagTolerated = 0.0175;  ///< s.
 inline constexpr double kLagMisfitRatio = 1.5;   ///< Misfit without shift over misfit at the best shift.

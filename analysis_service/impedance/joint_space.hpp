@@ -8,7 +8,7 @@
 
 #include "analysis_service/impedance/arm_model.hpp"
 #include "services/core/result.hpp"
-#include "services/core/two_link.hpp"
+#include "services/mechanics/two_link.hpp"
 
 namespace tonus::impedance {
 

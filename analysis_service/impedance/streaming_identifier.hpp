@@ -9,7 +9,7 @@
 #include "analysis_service/impedance/identification.hpp"
 #include "analysis_service/impedance/trial.hpp"
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::impedance {
 

@@ -6,7 +6,7 @@
 
 #include "analysis_service/impedance/axes.hpp"
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::impedance {
 

@@ -2,11 +2,10 @@
 
 #include <algorithm>
 #include <map>
-#include <spdlog/fmt/fmt.h>
 
-#include "analysis_service/identification/conversion.hpp"
-#include "analysis_service/identification/wire.hpp"
 #include "analysis_service/impedance/reconstruction.hpp"
+#include "analysis_service/offline/archived_trial.hpp"
+#include "analysis_service/service/wire.hpp"
 
 namespace tonus::study {
 namespace {
@@ -31,40 +30,19 @@ std::vector<impedance::Options> analyses() {
   return all;
 }
 
-bool has_bias(const archive::SessionTrial& trial) {
+bool has_bias(const store::SessionTrial& trial) {
   const auto& bias = trial.outcome->value.program().bias_N();
   return bias[0] != 0.0 || bias[1] != 0.0;
 }
 
-bool counts(const archive::SessionTrial& trial) {
+bool counts(const store::SessionTrial& trial) {
   return trial.outcome && trial.verdict && trial.verdict->value.is_valid();
 }
 
-/// The description in force when the trial ended.
-Result<RigGeometry> geometry_for(const archive::Session& session, const archive::SessionTrial& trial) {
-  const archive::Arrival<v1::RigDescription>* found = nullptr;
-  for (const auto& description : session.descriptions) {
-    if (found == nullptr || description.received_ns <= trial.outcome->received_ns) found = &description;
-  }
-  if (found == nullptr) {
-    return fail(ErrorCode::kDataLoss, fmt::format("session {}: the archive has no description of its rig",
-                                                  to_hex(session.record.session)));
-  }
-  return identification::from_wire(found->value);
-}
-
-Result<impedance::Trial> trial_of(archive::Store& store, const archive::Session& session,
-                                  const archive::SessionTrial& trial) {
-  const auto geometry = geometry_for(session, trial);
-  if (!geometry) return geometry.error();
-  const auto samples = archive::read_trial_samples(store, trial);
-  if (!samples) return samples.error();
-  std::vector<identification::Row> rows;
-  rows.reserve(samples->size());
-  for (const v1::RigSample& sample : *samples) rows.push_back(identification::from_wire(sample));
-  const auto report = identification::from_wire(trial.outcome->value);
-  return identification::trial_from_rows(identification::frame_of(report), *geometry, rows,
-                                         report.onset - report.range.first);
+Result<impedance::Trial> trial_of(store::Store& store, const store::Session& session,
+                                  const store::SessionTrial& trial) {
+  TONUS_TRY_ASSIGN(const auto archived, identification::read_archived_trial(store, session, trial));
+  return identification::convert(archived);
 }
 
 }  // namespace
@@ -91,7 +69,7 @@ impedance::StaticOptions static_options() {
   return options;
 }
 
-Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& session) {
+Result<SessionAnalysis> analyse(store::Store& store, const store::Session& session) {
   SessionAnalysis analysis;
   analysis.session = session.record.session;
   analysis.subject = session.plan.subject();
@@ -107,10 +85,9 @@ Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& s
       continue;
     }
     ++analysis.trials;
-    auto prepared = trial_of(store, session, trial);
-    if (!prepared) return prepared.error();
+    TONUS_TRY_ASSIGN(auto prepared, trial_of(store, session, trial));
     const auto plan = identification::from_wire(trial.outcome->value).plan;
-    trials[analysis.is_loaded ? set_condition_of(plan) : condition_of(plan)].push_back(std::move(*prepared));
+    trials[analysis.is_loaded ? set_condition_of(plan) : condition_of(plan)].push_back(std::move(prepared));
   }
   for (auto& [condition, list] : trials) {
     ConditionAnalysis result{condition, std::move(list), {}};

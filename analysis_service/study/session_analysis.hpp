@@ -8,7 +8,7 @@
 #include "analysis_service/identification/condition.hpp"
 #include "analysis_service/impedance/identification.hpp"
 #include "analysis_service/impedance/static_stiffness.hpp"
-#include "services/archive/session_reader.hpp"
+#include "services/store/session_reader.hpp"
 
 namespace tonus::study {
 
@@ -48,6 +48,6 @@ struct SessionAnalysis {
 /// published method with the linear model, and by state-variable filtering with each other model. Unloaded
 /// sessions have one condition a posture; in loaded ones each set is one. kDataLoss: samples are missing or
 /// damaged.
-[[nodiscard]] Result<SessionAnalysis> analyse(archive::Store& store, const archive::Session& session);
+[[nodiscard]] Result<SessionAnalysis> analyse(store::Store& store, const store::Session& session);
 
 }  // namespace tonus::study

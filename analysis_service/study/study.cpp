@@ -4,33 +4,33 @@
 #include <filesystem>
 #include <spdlog/fmt/fmt.h>
 
-#include "rig_agent/plant/true_impedance.hpp"
+#include "services/simulation/true_impedance.hpp"
 
 namespace tonus::study {
 namespace {
 
 struct Chosen {
-  std::optional<archive::Session> unloaded;
-  std::optional<archive::Session> loaded;
+  std::optional<store::Session> unloaded;
+  std::optional<store::Session> loaded;
 };
 
-bool is_loaded(const archive::Session& session) {
-  return std::any_of(session.trials.begin(), session.trials.end(), [](const archive::SessionTrial& trial) {
+bool is_loaded(const store::Session& session) {
+  return std::any_of(session.trials.begin(), session.trials.end(), [](const store::SessionTrial& trial) {
     return trial.command && trial.command->value.program().bias_hold_s() > 0.0;
   });
 }
 
-bool is_completed(const archive::Session& session) {
+bool is_completed(const store::Session& session) {
   return session.state && session.state->phase() == v1::SESSION_COMPLETED;
 }
 
 /// The newest completed sessions of a subject; sessions come in the order of their start.
-Result<Chosen> choose(archive::Store& store, const std::vector<archive::SessionRecord>& records,
+Result<Chosen> choose(store::Store& store, const std::vector<store::SessionRecord>& records,
                       const std::string& subject) {
   Chosen chosen;
   for (const auto& record : records) {
     if (record.subject != subject) continue;
-    auto session = archive::read_session(store, record.session);
+    auto session = store::read_session(store, record.session);
     if (!session) return session.error();
     if (!is_completed(*session)) continue;
     (is_loaded(*session) ? chosen.loaded : chosen.unloaded) = std::move(*session);
@@ -50,9 +50,9 @@ std::optional<impedance::HypothesisFit> fit_to(const std::vector<impedance::Post
 
 }  // namespace
 
-impedance::CartesianImpedance truth_at(const plant::SubjectProfile& subject,
+impedance::CartesianImpedance truth_at(const simulation::SubjectProfile& subject,
                                        const Eigen::Vector2d& position) {
-  const auto truth = plant::true_impedance(subject, position);
+  const auto truth = simulation::true_impedance(subject, position);
   return {truth.mass, truth.damping, truth.stiffness};
 }
 
@@ -96,7 +96,7 @@ Result<impedance::LinkMasses> Subject::link_masses(impedance::Method method) con
   return impedance::fit_link_masses(masses, {links.l1, links.l2, std::nullopt, std::nullopt});
 }
 
-Result<Study> read_study(archive::Store& store, const std::vector<plant::CohortSubject>& cohort,
+Result<Study> read_study(store::Store& store, const std::vector<simulation::CohortSubject>& cohort,
                          const std::function<void(std::size_t, std::size_t)>& progress) {
   const auto records = store.sessions();
   if (!records) return records.error();
@@ -104,7 +104,7 @@ Result<Study> read_study(archive::Store& store, const std::vector<plant::CohortS
   study.archive = std::filesystem::path(store.name()).filename().string();
   study.is_simulated = true;
   bool has_any = false;
-  for (const plant::CohortSubject& member : cohort) {
+  for (const simulation::CohortSubject& member : cohort) {
     progress(study.subjects.size(), cohort.size());
     Subject subject{member.name, member.profile.subject.links, member.profile.subject, {}, {}};
     const auto chosen = choose(store, *records, member.name);

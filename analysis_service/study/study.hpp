@@ -8,20 +8,20 @@
 #include "analysis_service/impedance/joint_space.hpp"
 #include "analysis_service/impedance/link_masses.hpp"
 #include "analysis_service/study/session_analysis.hpp"
-#include "rig_agent/plant/cohort.hpp"
-#include "services/archive/store.hpp"
+#include "services/simulation/cohort.hpp"
+#include "services/store/store.hpp"
 
 namespace tonus::study {
 
 /// The true matrices of a simulated subject at a posture.
-[[nodiscard]] impedance::CartesianImpedance truth_at(const plant::SubjectProfile& subject,
+[[nodiscard]] impedance::CartesianImpedance truth_at(const simulation::SubjectProfile& subject,
                                                      const Eigen::Vector2d& position);
 
 /// One subject with what was measured of him.
 struct Subject {
   std::string name;
-  TwoLink links;                               ///< As measured on the person, m.
-  std::optional<plant::SubjectProfile> truth;  ///< Of a simulated subject.
+  TwoLink links;                                    ///< As measured on the person, m.
+  std::optional<simulation::SubjectProfile> truth;  ///< Of a simulated subject.
   std::optional<SessionAnalysis> unloaded;
   std::optional<SessionAnalysis> loaded;
 
@@ -49,7 +49,8 @@ struct Study {
 /// Of each subject of the cohort the newest completed session without and the newest one with bias forces.
 /// `progress` is told how many sessions of how many are done. kNotFound: none of the cohort's subjects has a
 /// session.
-[[nodiscard]] Result<Study> read_study(archive::Store& store, const std::vector<plant::CohortSubject>& cohort,
+[[nodiscard]] Result<Study> read_study(store::Store& store,
+                                       const std::vector<simulation::CohortSubject>& cohort,
                                        const std::function<void(std::size_t, std::size_t)>& progress);
 
 }  // namespace tonus::study

@@ -17,6 +17,11 @@ constexpr std::chrono::milliseconds kPacedPoll{5};
 constexpr std::chrono::seconds kLeftBehindPeriod{2};
 /// Cycles of the simulated clock in one step: a fraction of a trial, so that commands are seen in between.
 constexpr int kCyclesPerStep = 2000;
+constexpr std::chrono::seconds kLogRepairPeriod{1};
+/// Requests that may wait for the loop's answer; more are answered at once that they were not carried out.
+constexpr std::size_t kMostPendingReplies = control::RigLoop::kCommandCapacity;
+/// Stops are not held up by other requests: room of their own for their confirmations.
+constexpr std::size_t kMostPendingStops = kMostPendingReplies + 256;
 
 }  // namespace
 
@@ -74,12 +79,13 @@ void Agent::start(const v1::RigDescription& description) {
       std::max(broken.first_sequence, spool_.last_sequence(broken.epoch, broken.first_sequence)));
   outcome.sample_rate_Hz(options_.names.sample_rate);
   spdlog::warn("trial {} was broken off by the end of the last run", broken.command.program().attempt());
-  (void)log_.ended(outcome);
+  note_logged(log_.ended(outcome));
   publish_outcome(outcome);
 }
 
 Clock::TimePoint Agent::step() {
   loop_.keep_alive();
+  repair_log_if_due();
   take_receipts();
   take_resends();
   take_rig_commands();
@@ -94,13 +100,35 @@ Clock::TimePoint Agent::step() {
   return options_.is_paced ? clock_.now() + kPacedPoll : state_due_;
 }
 
-std::string Agent::why_not_ready() const {
+std::string Agent::why_no_trial() const {
   const auto state = loop_.state();
   if (state.faults != 0) return "fault: " + fault_text(state.faults);
   if (spool_.is_full()) return fmt::format("the spool is full: {} bytes without a receipt", spool_.bytes());
   if (!publisher_.spool_error().empty()) return "the spool cannot be written: " + publisher_.spool_error();
-  if (!publisher_.has_readers()) return "nobody reads the samples";
+  if (!log_error_.empty()) return "the trial log cannot be written: " + log_error_;
   return {};
+}
+
+std::string Agent::why_not_ready() const {
+  if (std::string why = why_no_trial(); !why.empty()) return why;
+  return publisher_.has_readers() ? "" : "nobody reads the samples";
+}
+
+void Agent::note_logged(const Result<void>& logged) {
+  if (logged) return;
+  if (log_error_.empty()) {
+    spdlog::error("the trial log cannot be written: {}", logged.error().message);
+    log_repair_due_ = clock_.now() + kLogRepairPeriod;
+  }
+  log_error_ = logged.error().message;
+}
+
+void Agent::repair_log_if_due() {
+  if (log_error_.empty() || clock_.now() < log_repair_due_) return;
+  log_repair_due_ = clock_.now() + kLogRepairPeriod;
+  if (auto written = log_.rewrite(); !written) return note_logged(written);
+  spdlog::info("the trial log is whole again");
+  log_error_.clear();
 }
 
 std::string Agent::activity() const {
@@ -139,15 +167,17 @@ void Agent::begin(const v1::TrialCommand& command) {
   if (auto valid = control::validate(start.program, loop_.config().limits, recorded_ == nullptr); !valid) {
     return refuse(command, valid.error().message);
   }
-  if (const std::string why = why_not_ready(); !why.empty() && publisher_.has_readers())
-    return refuse(command, why);
+  if (const std::string why = why_no_trial(); !why.empty()) return refuse(command, why);
+  if (pending_replies_.size() >= kMostPendingReplies)
+    return refuse(command, "too many requests wait for the loop");
   if (auto logged = log_.begun(prepared, options_.epoch, loop_.state().next_sequence); !logged) {
-    return refuse(command, logged.error().message);
+    note_logged(logged);
+    return refuse(command, why_no_trial());
   }
+  if (!loop_.post(start)) return refuse(command, "the loop's queue of commands is full");
   publisher_.set_trial(prepared.program().session_id(), prepared.trial_id());
   running_ = RunningTrial{std::move(prepared), start.program.number};
-  loop_.post(start);
-  pending_replies_.push_back({start.request, {}});
+  pending_replies_.push_back({.request = start.request, .reply = {}, .is_start = true});
 }
 
 void Agent::refuse(const v1::TrialCommand& command, const std::string& why) {
@@ -159,7 +189,7 @@ void Agent::refuse(const v1::TrialCommand& command, const std::string& why) {
   outcome.end(v1::TRIAL_REFUSED);
   outcome.detail(why);
   outcome.sample_rate_Hz(options_.names.sample_rate);
-  if (auto logged = log_.ended(outcome); !logged) spdlog::error("{}", logged.error().message);
+  note_logged(log_.ended(outcome));
   publish_outcome(outcome);
 }
 
@@ -186,8 +216,18 @@ void Agent::take_rig_commands() {
         order.kind = control::CommandKind::kClearFaults;
         break;
     }
-    if (!pending.is_emergency_stop) loop_.post(order);
-    pending_replies_.push_back(std::move(pending));
+    // A stop has been given already, and waits only for its confirmation.
+    if (pending.is_emergency_stop && pending_replies_.size() < kMostPendingStops) {
+      pending_replies_.push_back(std::move(pending));
+    } else if (pending.is_emergency_stop) {
+      answer(pending, false, "the stop was given; too many requests wait for its confirmation");
+    } else if (pending_replies_.size() >= kMostPendingReplies) {
+      answer(pending, false, "too many requests wait for an answer; ask again");
+    } else if (!loop_.post(order)) {
+      answer(pending, false, "the loop's queue of commands is full; ask again");
+    } else {
+      pending_replies_.push_back(std::move(pending));
+    }
     if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
   }
 }
@@ -199,7 +239,7 @@ void Agent::take_receipts() {
     spool_.received(receipt.epoch(), receipt.through_sequence());
     if (receipt.epoch() == options_.epoch)
       received_through_ = std::max(received_through_, receipt.through_sequence());
-    (void)log_.received(receipt.epoch(), receipt.through_sequence());
+    note_logged(log_.received(receipt.epoch(), receipt.through_sequence()));
   }
 }
 
@@ -242,7 +282,7 @@ void Agent::collect_replies() {
     if (pending == pending_replies_.end()) continue;
     const bool is_done = reply.result == control::CommandResult::kDone ||
                          reply.result == control::CommandResult::kNothingRunning;
-    if (pending->reply.request_id() == kNoId) {  // our own start of a trial
+    if (pending->is_start) {
       if (!is_done && running_) {
         refuse(running_->command, "the loop did not start it: " + fault_text(loop_.state().faults));
         running_.reset();
@@ -290,7 +330,7 @@ void Agent::collect_results() {
     outcome.onset_sequence(result.has_onset ? result.onset_sequence : result.last_sequence);
     outcome.last_sequence(result.last_sequence);
     outcome.sample_rate_Hz(options_.names.sample_rate);
-    if (auto logged = log_.ended(outcome); !logged) spdlog::error("{}", logged.error().message);
+    note_logged(log_.ended(outcome));
     running_.reset();
     publish_outcome(outcome);
   }

@@ -62,7 +62,7 @@ class Agent {
   /// Handles all there is; returns when to call again at the latest.
   Clock::TimePoint step();
 
-  /// Empty when a trial could be begun now, else why not.
+  /// Empty when a trial could be begun now and its samples have a reader, else why not.
   [[nodiscard]] std::string why_not_ready() const;
   [[nodiscard]] std::string activity() const;
 
@@ -75,8 +75,15 @@ class Agent {
     std::uint64_t request = 0;
     v1::RigReply reply;
     bool is_emergency_stop = false;  ///< Answered when the loop shows the fault.
+    bool is_start = false;           ///< The agent's own start of a trial: nobody is answered.
   };
 
+  /// Why no trial may be begun, whoever reads its samples: a fault, or a disk that does not keep what
+  /// happens. Empty: one may.
+  [[nodiscard]] std::string why_no_trial() const;
+  /// Keeps the reason of a write that failed: no trial is begun until the log could be written anew.
+  void note_logged(const Result<void>& logged);
+  void repair_log_if_due();
   void take_trial_commands();
   void begin(const v1::TrialCommand& command);
   void refuse(const v1::TrialCommand& command, const std::string& why);
@@ -106,6 +113,8 @@ class Agent {
   std::uint64_t last_number_ = 0;
   std::uint64_t last_request_ = 0;
   std::uint64_t received_through_ = 0;
+  std::string log_error_;  // empty: the log holds everything that it was given
+  Clock::TimePoint log_repair_due_;
   std::optional<v1::RigState> published_state_;
   Clock::TimePoint state_due_;
   Clock::TimePoint left_behind_due_;

@@ -11,15 +11,15 @@
 #include "rig_agent/drivers/library.hpp"
 #include "rig_agent/drivers/replay.hpp"
 #include "rig_agent/drivers/simulated.hpp"
-#include "rig_agent/plant/profile.hpp"
 #include "services/recording/dataset.hpp"
+#include "services/simulation/profile.hpp"
 
 namespace tonus::rig {
 namespace {
 
-Result<plant::Profile> profile_of(const RigOptions& options) {
-  if (options.profile.empty()) return plant::Profile{};
-  return plant::load_profile(options.profile);
+Result<simulation::Profile> profile_of(const RigOptions& options) {
+  if (options.profile.empty()) return simulation::Profile{};
+  return simulation::load_profile(options.profile);
 }
 
 Error missing_driver_file(const char* driver, const char* what) {
@@ -121,7 +121,7 @@ Result<control::LoopConfig> Rig::open_simulated(const RigOptions& options) {
   if (options.seed) profile->seed = *options.seed;
   names_.home = profile->manipulandum.home;
   driver_ = std::make_unique<drivers::Simulated>(*profile);
-  return plant::loop_config(*profile);
+  return simulation::loop_config(*profile);
 }
 
 Result<control::LoopConfig> Rig::open_library(const RigOptions& options) {
@@ -132,7 +132,7 @@ Result<control::LoopConfig> Rig::open_library(const RigOptions& options) {
   if (!library) return library.error();
   names_.home = profile->manipulandum.home;
   driver_ = std::move(*library);
-  return plant::loop_config(*profile);
+  return simulation::loop_config(*profile);
 }
 
 #ifdef TONUS_HAS_COMEDI
@@ -143,8 +143,8 @@ Result<control::LoopConfig> Rig::open_comedi(const RigOptions& options) {
   auto wiring = drivers::load_comedi_config(options.driver_file);
   if (!wiring) return wiring.error();
   names_.home = profile->manipulandum.home;
-  driver_ = std::make_unique<drivers::Comedi>(*wiring, plant::rig_geometry(*profile));
-  return plant::loop_config(*profile);
+  driver_ = std::make_unique<drivers::Comedi>(*wiring, simulation::rig_geometry(*profile));
+  return simulation::loop_config(*profile);
 }
 #else
 Result<control::LoopConfig> Rig::open_comedi(const RigOptions&) {

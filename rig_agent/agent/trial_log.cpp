@@ -1,7 +1,6 @@
 #include "rig_agent/agent/trial_log.hpp"
 
 #include <cstring>
-#include <spdlog/fmt/fmt.h>
 #include <utility>
 
 #include "idl/bounds.hpp"
@@ -78,7 +77,14 @@ Result<void> TrialLog::rewrite() {
   std::filesystem::remove(fresh_path, error);
   auto fresh = RecordFile::open(fresh_path, {});
   if (!fresh) return fresh.error();
-  std::swap(file_, *fresh);
+  RecordFile former = std::exchange(file_, std::move(*fresh));
+  auto replaced = write_all();
+  if (replaced) replaced = file_.rename_to(path);
+  if (!replaced) file_ = std::move(former);
+  return replaced;
+}
+
+Result<void> TrialLog::write_all() {
   for (const auto& [epoch, through] : received_) {
     if (auto kept = received(epoch, through); !kept) return kept;
   }
@@ -93,11 +99,7 @@ Result<void> TrialLog::rewrite() {
     const auto broken = *broken_;
     if (auto kept = begun(broken.command, broken.epoch, broken.first_sequence); !kept) return kept;
   }
-  if (auto synced = file_.sync(); !synced) return synced;
-  std::filesystem::rename(fresh_path, path, error);
-  if (error)
-    return fail(ErrorCode::kIo, fmt::format("{}: cannot be replaced: {}", path.string(), error.message()));
-  return {};
+  return file_.sync();
 }
 
 Result<void> TrialLog::begun(const v1::TrialCommand& command, std::uint64_t epoch,

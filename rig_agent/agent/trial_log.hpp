@@ -33,6 +33,10 @@ class TrialLog {
   [[nodiscard]] Result<void> ended(const v1::TrialOutcome& outcome);
   [[nodiscard]] Result<void> received(std::uint64_t epoch, std::uint64_t through);
 
+  /// Writes everything that is known anew, in a file that then takes the place of this one: how a log that
+  /// could not be written becomes whole again.
+  [[nodiscard]] Result<void> rewrite();
+
   /// Outcome of a trial that has ended, if this log knows it.
   [[nodiscard]] const v1::TrialOutcome* find(const Id& trial) const;
   [[nodiscard]] const std::map<Id, v1::TrialOutcome>& outcomes() const { return outcomes_; }
@@ -43,7 +47,7 @@ class TrialLog {
   explicit TrialLog(RecordFile file) : file_(std::move(file)) {}
   void restore(std::span<const std::byte> content);
   void forget_other_sessions(const Id& session);
-  [[nodiscard]] Result<void> rewrite();
+  [[nodiscard]] Result<void> write_all();
 
   RecordFile file_;
   std::map<Id, v1::TrialOutcome> outcomes_;

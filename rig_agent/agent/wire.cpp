@@ -2,6 +2,8 @@
 
 #include <numbers>
 
+#include "services/contract/rig.hpp"
+
 namespace tonus::rig {
 namespace {
 
@@ -16,18 +18,6 @@ static_assert(static_cast<int>(Phase::kPerturbing) == v1::PHASE_PERTURBING);
 static_assert(static_cast<int>(Phase::kReturning) == v1::PHASE_RETURNING);
 static_assert(static_cast<int>(Phase::kSafe) == v1::PHASE_SAFE);
 
-v1::RigKind to_wire(RigKind kind) {
-  switch (kind) {
-    case RigKind::kTwoLink:
-      return v1::RIG_TWO_LINK;
-    case RigKind::kCartesian:
-      return v1::RIG_CARTESIAN;
-    case RigKind::kOneAxis:
-      return v1::RIG_ONE_AXIS;
-  }
-  return v1::RIG_TWO_LINK;
-}
-
 std::array<double, 2> pair(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 Eigen::Vector2d vector(const std::array<double, 2>& a) { return {a[0], a[1]}; }
 
@@ -38,17 +28,7 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.rig_id(names.id);
   wire.name(names.name);
   wire.driver(names.driver);
-  wire.kind(to_wire(geometry.kind));
-  wire.link_lengths_m({geometry.links.l1, geometry.links.l2});
-  wire.encoder_counts_per_unit(geometry.counts_per_unit);
-  wire.encoder_zero_count(geometry.encoder_zero);
-  wire.encoder_sign(geometry.encoder_sign);
-  const auto& c = geometry.force_calibration;
-  wire.force_calibration_N_per_V({c(0, 0), c(0, 1), c(1, 0), c(1, 1)});
-  wire.force_offset_V(pair(geometry.force_offset_V));
-  wire.force_sensor_angle_rad(geometry.force_sensor_angle);
-  wire.force_saturation_V(geometry.force_saturation_V);
-  wire.handle_mass_kg(geometry.handle_mass);
+  contract::put_geometry(geometry, wire);
   wire.home_m(pair(names.home));
   wire.loop_rate_Hz(names.loop_rate);
   wire.sample_rate_Hz(names.sample_rate);
@@ -64,7 +44,7 @@ control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t num
   control::TrialProgram program;
   program.number = number;
   program.posture = vector(wire.posture_m());
-  program.shoulder = {vector(wire.shoulder_origin_m()), wire.shoulder_angle_rad()};
+  program.shoulder = contract::shoulder_of(wire);
   program.wait = wire.wait_s();
   program.bias = vector(wire.bias_N());
   if (!program.bias.isZero()) {  // else these say nothing
@@ -86,8 +66,9 @@ v1::RigSample to_wire(const control::SampleRecord& record) {
   wire.force_V(record.raw.force_V);
   wire.commanded_m(record.commanded);
   wire.phase(static_cast<std::uint8_t>(record.phase));
-  const bool is_saturated = (record.flags & static_cast<std::uint16_t>(control::SampleFlag::kSaturated)) != 0;
-  wire.flags(is_saturated ? 1 : 0);
+  contract::SampleFlags flags;
+  flags.is_saturated = (record.flags & static_cast<std::uint16_t>(control::SampleFlag::kSaturated)) != 0;
+  contract::put_flags(flags, wire);
   return wire;
 }
 

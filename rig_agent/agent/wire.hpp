@@ -7,7 +7,7 @@
 #include "rig_agent/control/sample_record.hpp"
 #include "rig_agent/control/trial_program.hpp"
 #include "services/core/id.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 #include <idl/rig.h>
 #include <idl/trial.h>

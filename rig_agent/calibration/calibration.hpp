@@ -9,7 +9,7 @@
 
 #include "rig_agent/calibration/fit.hpp"
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::calibration {
 

@@ -8,7 +8,6 @@ namespace tonus::control {
 namespace {
 
 constexpr double kRecordedTime = 2.0;  // s, of the flight recorder.
-constexpr std::size_t kCommandCapacity = 16;
 constexpr std::size_t kResultCapacity = 64;
 
 std::array<double, 2> plain(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }

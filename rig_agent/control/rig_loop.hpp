@@ -18,9 +18,9 @@
 #include "rig_agent/control/spsc_queue.hpp"
 #include "rig_agent/control/trial_machine.hpp"
 #include "rig_agent/control/trial_program.hpp"
-#include "rig_agent/control/two_link_dynamics.hpp"
 #include "rig_agent/drivers/driver.hpp"
 #include "services/core/result.hpp"
+#include "services/mechanics/two_link_dynamics.hpp"
 
 namespace tonus::control {
 
@@ -84,6 +84,10 @@ struct LoopState {
 /// what it calls allocate nothing, lock nothing and call nothing of the system but through the driver.
 class RigLoop {
  public:
+  /// Commands that may wait for the loop; as many answers find room, so that none is lost while no more are
+  /// asked.
+  static constexpr std::size_t kCommandCapacity = 16;
+
   /// The driver must be active, configured for the period 1/rate, and outlive the loop. Refuses a config that
   /// validate() refuses.
   [[nodiscard]] static Result<std::unique_ptr<RigLoop>> create(drivers::Driver& driver,
@@ -95,7 +99,7 @@ class RigLoop {
   bool step(std::int64_t now_ns, unsigned missed_periods = 0) noexcept;
 
   /// False when the command queue is full. The reply comes through next_reply().
-  bool post(const Command& command) noexcept { return commands_.try_push(command); }
+  [[nodiscard]] bool post(const Command& command) noexcept { return commands_.try_push(command); }
   bool next_reply(CommandReply& reply) noexcept { return replies_.try_pop(reply); }
   bool next_sample(SampleRecord& sample) noexcept { return samples_.try_pop(sample); }
   /// The result of a trial comes after its last sample is in the queue of samples.

@@ -8,7 +8,7 @@
 #include "rig_agent/control/safety_limits.hpp"
 #include "rig_agent/control/servo.hpp"
 #include "rig_agent/drivers/driver.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::control {
 

@@ -3,7 +3,7 @@
 #include <array>
 #include <cstdint>
 
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::control {
 

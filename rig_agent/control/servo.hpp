@@ -4,7 +4,7 @@
 #include <cstdint>
 
 #include "rig_agent/control/servo_gains.hpp"
-#include "rig_agent/control/two_link_dynamics.hpp"
+#include "services/mechanics/two_link_dynamics.hpp"
 
 namespace tonus::control {
 

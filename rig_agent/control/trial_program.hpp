@@ -5,7 +5,7 @@
 
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/sample_record.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::control {
 

@@ -6,7 +6,7 @@
 #include "rig_agent/control/trial_program.hpp"
 #include "rig_agent/drivers/driver.hpp"
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::control {
 

@@ -5,7 +5,7 @@
 #include <cstdint>
 
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::drivers {
 

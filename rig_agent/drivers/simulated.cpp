@@ -5,8 +5,8 @@
 
 namespace tonus::drivers {
 
-Simulated::Simulated(const plant::Profile& profile)
-    : profile_(profile), geometry_(plant::rig_geometry(profile)) {}
+Simulated::Simulated(const simulation::Profile& profile)
+    : profile_(profile), geometry_(simulation::rig_geometry(profile)) {}
 
 Result<void> Simulated::configure(double period) {
   if (is_active_)
@@ -15,7 +15,7 @@ Result<void> Simulated::configure(double period) {
     return fail(ErrorCode::kInvalidArgument,
                 fmt::format("simulated: period is {} s, allowed is 0.00001 s to 0.02 s", period));
   }
-  plant_ = std::make_unique<plant::Plant>(profile_, period);
+  plant_ = std::make_unique<simulation::Plant>(profile_, period);
   return {};
 }
 

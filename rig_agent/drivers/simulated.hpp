@@ -5,17 +5,17 @@
 #include <memory>
 
 #include "rig_agent/drivers/driver.hpp"
-#include "rig_agent/plant/plant.hpp"
-#include "rig_agent/plant/profile.hpp"
+#include "services/simulation/plant.hpp"
+#include "services/simulation/profile.hpp"
 
 namespace tonus::drivers {
 
-/// A rig that is computed: plant::Plant with encoders and force sensor. Its clock is its own, begins at 0 and
-/// advances by one period with every write(). begin_trial() seats the subject at the new shoulder pose.
+/// A rig that is computed: simulation::Plant with encoders and force sensor. Its clock is its own, begins at
+/// 0 and advances by one period with every write(). begin_trial() seats the subject at the new shoulder pose.
 /// Deterministic: the same profile and the same writes give the same readings, to the bit.
 class Simulated final : public Driver {
  public:
-  explicit Simulated(const plant::Profile& profile);
+  explicit Simulated(const simulation::Profile& profile);
 
   Result<void> configure(double period) override;
   Result<void> activate() override;
@@ -37,9 +37,9 @@ class Simulated final : public Driver {
   void disturb(const Disturbance& disturbance) noexcept { disturbance_ = disturbance; }
 
  private:
-  const plant::Profile profile_;
+  const simulation::Profile profile_;
   const RigGeometry geometry_;
-  std::unique_ptr<plant::Plant> plant_;
+  std::unique_ptr<simulation::Plant> plant_;
   Disturbance disturbance_;
   Eigen::Vector2d torque_ = Eigen::Vector2d::Zero();  // As last written, N m.
   TrialNotice seat_;                                  // Of the last trial.

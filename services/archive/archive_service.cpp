@@ -35,19 +35,16 @@ Result<std::unique_ptr<ArchiveService>> ArchiveService::create(bus::Bus& bus, In
                                                                const Clock& clock,
                                                                std::shared_ptr<bus::Notifier> notifier,
                                                                DiskWatch* disk) {
-  auto receipts = bus::TypedWriter<v1::ArchiveReceipt>::create(bus, topics::kArchiveReceipt);
-  if (!receipts) return receipts.error();
-  auto resends = bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend);
-  if (!resends) return resends.error();
+  TONUS_TRY_ASSIGN(auto receipts, bus::TypedWriter<v1::ArchiveReceipt>::create(bus, topics::kArchiveReceipt));
+  TONUS_TRY_ASSIGN(auto resends, bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend));
   std::vector<Source> sources;
   for (const bus::TopicSpec& topic : topics::kAll) {
     if (!is_kept(topic)) continue;
-    auto reader = bus.create_reader(topic, notifier);
-    if (!reader) return reader.error();
-    sources.push_back({topic, std::move(*reader)});
+    TONUS_TRY_ASSIGN(auto reader, bus.create_reader(topic, notifier));
+    sources.push_back({topic, std::move(reader)});
   }
   return std::unique_ptr<ArchiveService>(
-      new ArchiveService(ingest, clock, disk, std::move(sources), std::move(*receipts), std::move(*resends)));
+      new ArchiveService(ingest, clock, disk, std::move(sources), std::move(receipts), std::move(resends)));
 }
 
 Clock::TimePoint ArchiveService::step() {
@@ -87,7 +84,7 @@ void ArchiveService::send(const Decisions& decisions) {
   std::vector<v1::ArchiveReceipt> receipts = std::exchange(unsent_, {});
   for (const TrialReceipt& receipt : decisions.trial_receipts) receipts.push_back(to_wire(receipt));
   for (const StreamReceipt& receipt : decisions.stream_receipts) receipts.push_back(to_wire(receipt));
-  for (const SessionCertificate& certificate : decisions.session_receipts)
+  for (const store::SessionCertificate& certificate : decisions.session_receipts)
     receipts.push_back(to_wire(certificate));
   for (v1::ArchiveReceipt& receipt : receipts) {
     if (const auto sent = receipts_.write(receipt); !sent) {

@@ -4,7 +4,7 @@
 #include <optional>
 #include <string>
 
-#include "services/archive/store.hpp"
+#include "services/store/store.hpp"
 
 namespace tonus::archive {
 
@@ -35,7 +35,7 @@ class DiskBudget {
   DiskBudget(std::string store_name, const Options& options)
       : store_name_(std::move(store_name)), options_(options) {}
 
-  void note_space(const StoreSpace& space) { space_ = space; }
+  void note_space(const store::StoreSpace& space) { space_ = space; }
   void note_rate(double sample_rate_Hz);  ///< Not finite or not above 0: as if not said.
   void note_blocks(std::uint64_t payload_bytes, std::uint64_t samples);  ///< All that came so far.
 
@@ -63,7 +63,7 @@ class DiskBudget {
 
   std::string store_name_;
   Options options_;
-  std::optional<StoreSpace> space_;
+  std::optional<store::StoreSpace> space_;
   std::optional<Session> session_;
   double rate_ = 0.0;
   double bytes_per_sample_ = kBytesPerSample;

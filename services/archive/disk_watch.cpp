@@ -3,8 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "idl/topics.hpp"
-#include "services/archive/wire.hpp"
 #include "services/bus/typed.hpp"
+#include "services/contract/names.hpp"
 
 namespace tonus::archive {
 namespace {
@@ -20,7 +20,7 @@ void DiskWatch::note(const bus::TopicSpec& topic, const bus::Sample& sample) {
   } else if (topic.name == topics::kSessionState.spec.name) {
     const auto state = bus::decode<v1::SessionState>(*sample.payload);
     if (!state) return;
-    if (has_ended(state->phase())) {
+    if (v1::is_over(state->phase())) {
       budget_.note_no_session();
     } else {
       budget_.note_session(state->attempts() > 0, state->remaining_s());

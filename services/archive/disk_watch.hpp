@@ -10,11 +10,11 @@
 namespace tonus::archive {
 
 /// Keeps a DiskBudget up to date: with the store's space, asked for once a second, and with what the bus says
-/// of rig and session. What it says changes only with the cause, not with every octet that is written: each
+/// of rig and session. What it says changes only with the cause, not with every byte that is written: each
 /// change is published, and stored. For one thread.
 class DiskWatch {
  public:
-  DiskWatch(Store& store, const Clock& clock, const DiskBudget::Options& options)
+  DiskWatch(store::Store& store, const Clock& clock, const DiskBudget::Options& options)
       : store_(store), clock_(clock), budget_(store.name(), options) {}
 
   /// Looks at a message of any topic that the archive keeps. One that does not decode says nothing.
@@ -32,7 +32,7 @@ class DiskWatch {
  private:
   void word();
 
-  Store& store_;
+  store::Store& store_;
   const Clock& clock_;
   DiskBudget budget_;
   std::string failure_;  ///< Why the store did not answer.

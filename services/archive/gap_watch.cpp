@@ -4,10 +4,11 @@
 
 namespace tonus::archive {
 
-std::vector<SequenceRange> GapWatch::ask(const std::vector<SequenceRange>& missing, Clock::TimePoint now) {
+std::vector<store::SequenceRange> GapWatch::ask(const std::vector<store::SequenceRange>& missing,
+                                                Clock::TimePoint now) {
   std::vector<Gap> gaps;
-  std::vector<SequenceRange> requests;
-  for (const SequenceRange& range : missing) {
+  std::vector<store::SequenceRange> requests;
+  for (const store::SequenceRange& range : missing) {
     Gap gap = follow(range, now);
     if (gap.ask_at <= now) {
       gap.asked_end = std::min(range.end, range.first + options_.largest_request);
@@ -21,7 +22,7 @@ std::vector<SequenceRange> GapWatch::ask(const std::vector<SequenceRange>& missi
   return requests;
 }
 
-GapWatch::Gap GapWatch::follow(const SequenceRange& range, Clock::TimePoint now) const {
+GapWatch::Gap GapWatch::follow(const store::SequenceRange& range, Clock::TimePoint now) const {
   Gap gap{range, now + options_.patience, options_.patience, 0};
   const auto before = std::find_if(gaps_.begin(), gaps_.end(), [&range](const Gap& known) {
     return known.range.first <= range.first && range.first < known.range.end;

@@ -3,8 +3,8 @@
 #include <chrono>
 #include <vector>
 
-#include "services/archive/coverage.hpp"
 #include "services/core/clock.hpp"
+#include "services/store/coverage.hpp"
 
 namespace tonus::archive {
 
@@ -24,24 +24,24 @@ class GapWatch {
   explicit GapWatch(const Options& options) : options_(options) {}
 
   /// Tells what is missing now (ascending) and returns what to ask for now.
-  [[nodiscard]] std::vector<SequenceRange> ask(const std::vector<SequenceRange>& missing,
-                                               Clock::TimePoint now);
+  [[nodiscard]] std::vector<store::SequenceRange> ask(const std::vector<store::SequenceRange>& missing,
+                                                      Clock::TimePoint now);
 
   /// When the next gap is to be asked for; TimePoint::max() where nothing is missing.
   [[nodiscard]] Clock::TimePoint due() const;
 
-  /// Forgets how often was asked in vain: who can answer has come back.
+  /// Forgets the requests that went unanswered: the rig is back.
   void start_anew() { gaps_.clear(); }
 
  private:
   struct Gap {
-    SequenceRange range;
+    store::SequenceRange range;
     Clock::TimePoint ask_at;
     Clock::Duration interval{};
     std::uint64_t asked_end = 0;  ///< End of the last piece asked for; 0: none yet.
   };
 
-  [[nodiscard]] Gap follow(const SequenceRange& range, Clock::TimePoint now) const;
+  [[nodiscard]] Gap follow(const store::SequenceRange& range, Clock::TimePoint now) const;
 
   Options options_;
   std::vector<Gap> gaps_;

@@ -18,17 +18,15 @@ constexpr Clock::Duration kReceiptSpacing = std::chrono::milliseconds(20);
 
 }  // namespace
 
-Ingest::Ingest(Store& store, const Clock& clock, const Options& options)
+Ingest::Ingest(store::Store& store, const Clock& clock, const Options& options)
     : store_(store), clock_(clock), options_(options) {}
 
 Result<void> Ingest::recover() {
-  const auto sessions = store_.sessions();
-  if (!sessions) return sessions.error();
-  if (!sessions->empty()) session_ = sessions->back();
+  TONUS_TRY_ASSIGN(const auto sessions, store_.sessions());
+  if (!sessions.empty()) session_ = sessions.back();
 
-  auto streams = store_.streams();
-  if (!streams) return streams.error();
-  for (StreamRecord& record : *streams) {
+  TONUS_TRY_ASSIGN(auto streams, store_.streams());
+  for (store::StreamRecord& record : streams) {
     Stream& stream = stream_of(record.key);
     stream.origin = record.origin;
     stream.frontier = std::max(record.origin, record.coverage.end());
@@ -38,48 +36,43 @@ Result<void> Ingest::recover() {
     stream.duplicated = record.duplicated;
     stream.owes_receipt = true;
   }
-  const auto tallies = store_.tallies();
-  if (!tallies) return tallies.error();
-  for (const TrialTally& tally : *tallies) tallies_[tally.trial].counts = tally;
+  TONUS_TRY_ASSIGN(const auto tallies, store_.tallies());
+  for (const store::TrialTally& tally : tallies) tallies_[tally.trial].counts = tally;
 
-  const auto uncertified = store_.uncertified_trials();
-  if (!uncertified) return uncertified.error();
-  for (const TrialRecord& trial : *uncertified) {
+  TONUS_TRY_ASSIGN(const auto uncertified, store_.uncertified_trials());
+  for (const store::TrialRecord& trial : uncertified) {
     pending_[trial.trial] = {trial, true, false, 0, clock_.now()};
     Stream& stream = stream_of(trial.stream);
     stream.frontier = std::max(stream.frontier, trial.range().end);
   }
-  const auto trials = store_.trials(session_.session);
-  if (!trials) return trials.error();
-  for (const TrialRecord& trial : *trials) {
+  TONUS_TRY_ASSIGN(const auto trials, store_.trials(session_.session));
+  for (const store::TrialRecord& trial : trials) {
     if (trial.is_certified) owed_.push_back(receipt_of(trial));
   }
-  const auto certificates = store_.session_certificates();
-  if (!certificates) return certificates.error();
-  for (const SessionCertificate& certificate : *certificates) {
-    ended_[certificate.session] = {certificate.end, true};
+  TONUS_TRY_ASSIGN(const auto certificates, store_.session_certificates());
+  for (const store::SessionCertificate& certificate : certificates) {
+    certificates_.restore(certificate);
     if (certificate.session == session_.session) owed_sessions_.push_back(certificate);
   }
-  const auto newest = store_.newest_messages();
-  if (!newest) return newest.error();
-  for (const MessageDigest& digest : *newest)
+  TONUS_TRY_ASSIGN(const auto newest, store_.newest_messages());
+  for (const store::MessageDigest& digest : newest)
     newest_[{digest.topic, digest.key}] = {digest.checksum, digest.bytes};
   return {};
 }
 
-Ingest::Stream& Ingest::stream_of(const StreamKey& key) {
+Ingest::Stream& Ingest::stream_of(const store::StreamKey& key) {
   const auto [place, is_new] = streams_.try_emplace(key);
   if (is_new) place->second.gaps = GapWatch(options_.gaps);
   return place->second;
 }
 
-void Ingest::hear_of(const StreamKey& key) {
+void Ingest::hear_of(const store::StreamKey& key) {
   const bool is_new_epoch = !streams_.contains(key);
   const Clock::TimePoint now = clock_.now();
   const bool was_there = is_there(key.rig, now);
   heard_rigs_[key.rig] = now;
   if (was_there && !is_new_epoch) return;
-  // Whoever can answer has come back.
+  // The rig is back and can answer.
   for (auto& [other, stream] : streams_) {
     if (other.rig == key.rig) stream.gaps.start_anew();
   }
@@ -95,7 +88,7 @@ void Ingest::hold(std::size_t bytes) {
   waiting_bytes_ += bytes;
 }
 
-void Ingest::take(Block block) {
+void Ingest::take(store::Block block) {
   hear_of(block.stream);
   Stream& stream = stream_of(block.stream);
   stream.frontier = std::max(stream.frontier, block.range().end);
@@ -120,7 +113,7 @@ void Ingest::take(Block block) {
   batch_.blocks.push_back(std::move(block));
 }
 
-void Ingest::count_for_trial(const Block& block, std::uint64_t fresh) {
+void Ingest::count_for_trial(const store::Block& block, std::uint64_t fresh) {
   const bool is_plain = !block.is_resent && fresh == block.count;
   if (block.trial == kNoId || is_plain) return;
   if (std::find(closed_.begin(), closed_.end(), block.trial) != closed_.end()) return;
@@ -132,14 +125,14 @@ void Ingest::count_for_trial(const Block& block, std::uint64_t fresh) {
   tally.is_changed = true;
 }
 
-void Ingest::take(Message message, bool is_state) {
+void Ingest::take(store::Message message, bool is_state) {
   const std::pair<std::uint32_t, std::uint64_t> digest{message.checksum, message.payload->size()};
   if (is_state) {
     auto& newest = newest_[{message.topic, message.key}];
     if (newest == digest) return;
     newest = digest;
   }
-  // Blocks can be had again and messages cannot: these may wait in twice the room.
+  // Blocks can be requested again and messages cannot: these may wait in twice the room.
   if (waiting_bytes_ + message.payload->size() > 2 * options_.backlog_bytes) {
     ++lost_messages_;
     return;
@@ -149,11 +142,11 @@ void Ingest::take(Message message, bool is_state) {
   batch_.messages.push_back(std::move(message));
 }
 
-void Ingest::note_plan(const SessionRecord& plan) {
+void Ingest::note_plan(const store::SessionRecord& plan) {
   if (plan.started_at >= session_.started_at) session_ = plan;
   hold(0);
   std::erase_if(batch_.sessions,
-                [&plan](const SessionRecord& waiting) { return waiting.session == plan.session; });
+                [&plan](const store::SessionRecord& waiting) { return waiting.session == plan.session; });
   batch_.sessions.push_back(plan);
 }
 
@@ -174,7 +167,7 @@ void Ingest::note_rig(const RigReport& report) {
     stream.owes_receipt = true;
 }
 
-void Ingest::note_outcome(const TrialRecord& outcome) {
+void Ingest::note_outcome(const store::TrialRecord& outcome) {
   if (pending_.contains(outcome.trial)) return;
   if (const auto known = store_.find_trial(outcome.trial);
       known && known->has_value() && (*known)->is_certified) {
@@ -188,13 +181,10 @@ void Ingest::note_outcome(const TrialRecord& outcome) {
 }
 
 void Ingest::note_session_end(const Id& session, std::uint32_t end) {
-  EndedSession& ended = ended_[session];
-  if (ended.is_certified && ended.end == end) return;
-  ended = {end, false};
-  hold(0);
+  if (certificates_.note_end(session, end)) hold(0);
 }
 
-bool Ingest::is_whole(const TrialRecord& trial) const {
+bool Ingest::is_whole(const store::TrialRecord& trial) const {
   if (!trial.has_samples) return true;
   const auto stream = streams_.find(trial.stream);
   return stream != streams_.end() && stream->second.received.covers(trial.range());
@@ -209,7 +199,8 @@ Clock::TimePoint Ingest::commit_due() const {
   const bool has_unstored =
       std::any_of(pending_.begin(), pending_.end(), [](const auto& t) { return !t.second.is_stored; });
   const bool is_waiting = !batch_.is_empty() || has_unstored;
-  if (has_whole_trial() || has_uncertified_end() || waiting_bytes_ >= options_.commit_bytes) return retry_at_;
+  if (has_whole_trial() || certificates_.is_due() || waiting_bytes_ >= options_.commit_bytes)
+    return retry_at_;
   if (!is_waiting) return Clock::TimePoint::max();
   return std::max(waiting_since_ + options_.commit_interval, retry_at_);
 }
@@ -227,10 +218,6 @@ Decisions Ingest::step() {
   return decisions;
 }
 
-bool Ingest::has_uncertified_end() const {
-  return std::any_of(ended_.begin(), ended_.end(), [](const auto& e) { return !e.second.is_certified; });
-}
-
 void Ingest::give_up_trials(Clock::TimePoint now, Decisions& decisions) {
   for (auto& [id, pending] : pending_) {
     const auto stream = streams_.find(pending.record.stream);
@@ -246,7 +233,7 @@ void Ingest::give_up_trials(Clock::TimePoint now, Decisions& decisions) {
       continue;
     }
     pending.is_given_up = true;
-    TrialRecord trial = pending.record;
+    store::TrialRecord trial = pending.record;
     certify(trial);
     decisions.trial_receipts.push_back(receipt_of(trial));
   }
@@ -262,7 +249,7 @@ void Ingest::give_stream_receipts(Clock::TimePoint now, Decisions& decisions) {
     }
     stream.owes_receipt = false;
     stream.receipt_given = now;
-    const SequenceRange known{stream.origin, std::max(stream.origin, stream.frontier)};
+    const store::SequenceRange known{stream.origin, std::max(stream.origin, stream.frontier)};
     const std::uint64_t received = stream.durable.count_in(known);
     decisions.stream_receipts.push_back(
         {key,
@@ -273,18 +260,18 @@ void Ingest::give_stream_receipts(Clock::TimePoint now, Decisions& decisions) {
 }
 
 void Ingest::ask_for_missing(Clock::TimePoint now, Decisions& decisions) {
-  // No use in asking for more than the store takes.
+  // The store takes nothing now: there is no use in requesting more.
   if (!failure_.empty()) return;
   for (auto& [key, stream] : streams_) {
     if (!heard_rigs_.contains(key.rig)) continue;
     const auto missing = stream.received.missing({stream.origin, stream.frontier}, kGapsAtOnce);
-    for (const SequenceRange& range : stream.gaps.ask(missing, now))
+    for (const store::SequenceRange& range : stream.gaps.ask(missing, now))
       decisions.resends.push_back({key, range});
     decisions.due = std::min(decisions.due, stream.gaps.due());
   }
 }
 
-TrialReceipt Ingest::receipt_of(const TrialRecord& trial) {
+TrialReceipt Ingest::receipt_of(const store::TrialRecord& trial) {
   return {trial.trial, trial.session, trial.stream, trial.range().end, trial.certificate};
 }
 
@@ -299,7 +286,7 @@ IngestStatus Ingest::status() const {
   status.sample_bytes = sample_bytes_;
   for (const auto& [key, stream] : streams_) {
     if (stream.frontier <= stream.origin) continue;
-    const SequenceRange known{stream.origin, stream.frontier};
+    const store::SequenceRange known{stream.origin, stream.frontier};
     status.missing_samples += known.count() - stream.received.count_in(known);
   }
   return status;

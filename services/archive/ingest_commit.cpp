@@ -1,6 +1,5 @@
-// The part of Ingest that makes things durable, and the certificates that say so.
+// The part of Ingest that makes things durable, and the certificates of trials.
 
-#include <map>
 #include <utility>
 
 #include "services/archive/ingest.hpp"
@@ -13,10 +12,10 @@ constexpr std::size_t kClosedTrials = 64;
 
 }  // namespace
 
-void Ingest::certify(TrialRecord& trial) const {
+void Ingest::certify(store::TrialRecord& trial) const {
   const auto stream = streams_.find(trial.stream);
   const auto tally = tallies_.find(trial.trial);
-  Certificate& certificate = trial.certificate;
+  store::Certificate& certificate = trial.certificate;
   certificate = {};
   certificate.expected = trial.range().count();
   certificate.received = stream == streams_.end() ? 0 : stream->second.received.count_in(trial.range());
@@ -27,33 +26,6 @@ void Ingest::certify(TrialRecord& trial) const {
   }
   trial.is_certified = certificate.missing == 0;
   trial.certified_ns = trial.is_certified ? clock_.utc_ns() : 0;
-}
-
-Result<SessionCertificate> Ingest::certify(const Id& session, std::uint32_t end) const {
-  const auto stored = store_.trials(session);
-  if (!stored) return stored.error();
-  std::map<Id, TrialRecord> trials;
-  for (const TrialRecord& trial : *stored) trials[trial.trial] = trial;
-  for (const auto& [id, pending] : pending_) {
-    if (pending.record.session != session) continue;
-    certify(trials[id] = pending.record);
-  }
-  SessionCertificate sum;
-  sum.session = session;
-  sum.end = end;
-  sum.rig = session == session_.session ? session_.rig : kNoId;
-  sum.certified_ns = clock_.utc_ns();
-  for (const auto& [id, trial] : trials) {
-    sum.rig = trial.stream.rig;
-    ++sum.trials;
-    sum.incomplete_trials += trial.is_certified ? 0 : 1;
-    sum.sums.expected += trial.certificate.expected;
-    sum.sums.received += trial.certificate.received;
-    sum.sums.resent += trial.certificate.resent;
-    sum.sums.duplicated += trial.certificate.duplicated;
-    sum.sums.missing += trial.certificate.missing;
-  }
-  return sum;
 }
 
 Result<void> Ingest::fill_batch() {
@@ -69,21 +41,14 @@ Result<void> Ingest::fill_batch() {
   for (const auto& [id, tally] : tallies_) {
     if (tally.is_changed) batch_.tallies.push_back(tally.counts);
   }
+  std::vector<store::TrialRecord> waiting;
   for (const auto& [id, pending] : pending_) {
-    TrialRecord trial = pending.record;
-    certify(trial);
-    if (trial.is_certified || !pending.is_stored) batch_.trials.push_back(trial);
+    waiting.push_back(pending.record);
+    certify(waiting.back());
+    if (waiting.back().is_certified || !pending.is_stored) batch_.trials.push_back(waiting.back());
   }
-  for (const TrialRecord& trial : batch_.trials) {
-    if (const auto ended = ended_.find(trial.session); ended != ended_.end())
-      ended->second.is_certified = false;
-  }
-  for (const auto& [session, ended] : ended_) {
-    if (ended.is_certified) continue;
-    auto certificate = certify(session, ended.end);
-    if (!certificate) return certificate.error();
-    batch_.certificates.push_back(std::move(*certificate));
-  }
+  for (const store::TrialRecord& trial : batch_.trials) certificates_.note_change(trial.session);
+  TONUS_TRY_ASSIGN(batch_.certificates, certificates_.make(store_, waiting, session_, clock_.utc_ns()));
   return {};
 }
 
@@ -103,7 +68,7 @@ void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
     stream.owes_receipt |= stream.durable.first_missing(stream.origin) > before;
   }
   for (auto& [id, tally] : tallies_) tally.is_changed = false;
-  for (const TrialRecord& trial : batch_.trials) {
+  for (const store::TrialRecord& trial : batch_.trials) {
     pending_[trial.trial].is_stored = true;
     if (!trial.is_certified) continue;
     decisions.trial_receipts.push_back(receipt_of(trial));
@@ -112,8 +77,7 @@ void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
     closed_.push_back(trial.trial);
     if (closed_.size() > kClosedTrials) closed_.pop_front();
   }
-  for (const SessionCertificate& certificate : batch_.certificates)
-    ended_[certificate.session].is_certified = true;
+  certificates_.note_committed(batch_.certificates);
   decisions.session_receipts.insert(decisions.session_receipts.end(), batch_.certificates.begin(),
                                     batch_.certificates.end());
   batch_ = {};

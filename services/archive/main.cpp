@@ -7,12 +7,12 @@
 
 #include "services/archive/archive_service.hpp"
 #include "services/archive/disk_watch.hpp"
-#include "services/archive/open_store.hpp"
 #include "services/core/lifetime.hpp"
 #include "services/runtime/clock_comparison.hpp"
 #include "services/runtime/health.hpp"
 #include "services/runtime/loop.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus {
 namespace {
@@ -36,12 +36,12 @@ struct Options {
 
 /// Opens the store; while it cannot be opened for a reason that may pass, the health names the reason and it
 /// is tried again. The error is that of the last try: of a name that is not allowed, or at the stop.
-Result<std::unique_ptr<archive::Store>> open_store(const std::string& name, runtime::HealthReporter& health,
-                                                   bus::Notifier& notifier, const StopSignal& stop,
-                                                   const Clock& clock) {
+Result<std::unique_ptr<store::Store>> open_store(const std::string& name, runtime::HealthReporter& health,
+                                                 bus::Notifier& notifier, const StopSignal& stop,
+                                                 const Clock& clock) {
   std::string reason;
   while (true) {
-    auto store = archive::open_store_for_writing(name);
+    auto store = store::open_store_for_writing(name);
     if (store || store.error().code == ErrorCode::kInvalidArgument || stop.is_requested()) return store;
     if (reason != store.error().message) spdlog::error("{}", store.error().message);
     reason = store.error().message;
@@ -73,39 +73,34 @@ Result<void> run(const Options& options) {
 
   std::string store_name = options.store;
   if (store_name.empty()) {
-    const auto folder = runtime::data_folder(options.common);
-    if (!folder) return folder.error();
-    store_name = (*folder / "archive.sqlite").string();
+    TONUS_TRY_ASSIGN(const auto folder, runtime::data_folder(options.common));
+    store_name = (folder / "archive.sqlite").string();
   }
-  const auto bus = runtime::open_bus(options.common, kProgram);
-  if (!bus) return bus.error();
-  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_ARCHIVE, options.common, notifier);
-  if (!health) return health.error();
-  const auto store = open_store(store_name, *health, *notifier, stop, clock);
+  TONUS_TRY_ASSIGN(const auto bus, runtime::open_bus(options.common, kProgram));
+  TONUS_TRY_ASSIGN(auto health,
+                   runtime::HealthReporter::create(*bus, clock, v1::ROLE_ARCHIVE, options.common, notifier));
+  const auto store = open_store(store_name, health, *notifier, stop, clock);
   if (!store) return store.error();
   archive::Ingest ingest(**store, clock);
-  if (auto recovered = ingest.recover(); !recovered) return recovered;
+  TONUS_TRY(ingest.recover());
   archive::DiskWatch disk(**store, clock, options.disk());
-  const auto service = archive::ArchiveService::create(**bus, ingest, clock, notifier, &disk);
-  if (!service) return service.error();
-  auto roster = runtime::Roster::create(**bus, clock, notifier);
-  if (!roster) return roster.error();
-  auto clocks = runtime::ClockComparison::create(**bus, clock, health->instance(), notifier, {});
-  if (!clocks) return clocks.error();
+  TONUS_TRY_ASSIGN(const auto service, archive::ArchiveService::create(*bus, ingest, clock, notifier, &disk));
+  TONUS_TRY_ASSIGN(auto roster, runtime::Roster::create(*bus, clock, notifier));
+  TONUS_TRY_ASSIGN(auto clocks,
+                   runtime::ClockComparison::create(*bus, clock, health.instance(), notifier, {}));
   spdlog::info("store '{}'", (*store)->name());
 
   runtime::run_loop(*notifier, stop, [&] {
-    const auto due = (*service)->step();
-    roster->update();
-    const auto compare_due = clocks->step(*roster);
+    const auto due = service->step();
+    roster.update();
+    const auto compare_due = clocks.step(roster);
     const auto status = ingest.status();
-    const std::string why = (*service)->why_not_ready();
-    health->set_state(why.empty(), why.empty() ? "stores to " + (*store)->name() + disk.need_text() : why);
-    health->set_load((*service)->lag(), static_cast<std::uint32_t>(status.waiting_items),
-                     (*service)->dropped());
-    return std::min({due, compare_due, health->publish_if_due()});
+    const std::string why = service->why_not_ready();
+    health.set_state(why.empty(), why.empty() ? "stores to " + (*store)->name() + disk.need_text() : why);
+    health.set_load(service->lag(), static_cast<std::uint32_t>(status.waiting_items), service->dropped());
+    return std::min({due, compare_due, health.publish_if_due()});
   });
-  take_the_rest(**service, *notifier, clock);
+  take_the_rest(*service, *notifier, clock);
   return ingest.finish();
 }
 

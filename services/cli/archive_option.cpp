@@ -2,9 +2,9 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/archive/open_store.hpp"
 #include "services/cli/system.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus::cli {
 
@@ -19,8 +19,8 @@ void add_archive_option(CLI::App& command, ArchiveOption& option) {
   command.add_option("--data", option.data, "data folder")->envname("TONUS_DATA");
 }
 
-Result<std::unique_ptr<archive::Store>> open_to_read(const ArchiveOption& option) {
-  return archive::open_store_for_reading(option.name());
+Result<std::unique_ptr<store::Store>> open_to_read(const ArchiveOption& option) {
+  return store::open_store_for_reading(option.name());
 }
 
 }  // namespace tonus::cli

@@ -3,8 +3,8 @@
 #include <memory>
 #include <string>
 
-#include "services/archive/store.hpp"
 #include "services/core/result.hpp"
+#include "services/store/store.hpp"
 
 namespace CLI {
 class App;
@@ -23,7 +23,7 @@ struct ArchiveOption {
 /// Adds --archive and --data.
 void add_archive_option(CLI::App& command, ArchiveOption& option);
 
-/// A live archive may be read while its service writes it. Errors as archive::open_store_for_reading().
-[[nodiscard]] Result<std::unique_ptr<archive::Store>> open_to_read(const ArchiveOption& option);
+/// A live archive may be read while its service writes it. Errors as store::open_store_for_reading().
+[[nodiscard]] Result<std::unique_ptr<store::Store>> open_to_read(const ArchiveOption& option);
 
 }  // namespace tonus::cli

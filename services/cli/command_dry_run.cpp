@@ -3,9 +3,9 @@
 #include <Eigen/SVD>
 #include <cstdio>
 
-#include "rig_agent/plant/profile.hpp"
-#include "services/scheduler/dry_run.hpp"
-#include "services/scheduler/protocol_file.hpp"
+#include "services/protocol/dry_run.hpp"
+#include "services/protocol/protocol_file.hpp"
+#include "services/simulation/profile.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -13,9 +13,9 @@ namespace {
 constexpr double kHour = 3600.0;  // s
 
 /// What a protocol has to respect of the simulated rig of a profile.
-scheduler::RigFacts facts_of(const plant::Profile& profile) {
-  const RigGeometry geometry = plant::rig_geometry(profile);
-  scheduler::RigFacts facts;
+protocol::RigFacts facts_of(const simulation::Profile& profile) {
+  const RigGeometry geometry = simulation::rig_geometry(profile);
+  protocol::RigFacts facts;
   facts.name = "simulated";
   facts.kind = geometry.kind;
   facts.links = geometry.links;
@@ -26,8 +26,8 @@ scheduler::RigFacts facts_of(const plant::Profile& profile) {
 }
 
 /// A study's sessions one by one, in a line each.
-Result<void> print_study(const scheduler::Protocol& study, const std::filesystem::path& folder,
-                         const scheduler::RigFacts& facts) {
+Result<void> print_study(const protocol::Protocol& study, const std::filesystem::path& folder,
+                         const protocol::RigFacts& facts) {
   double duration = 0.0;
   std::size_t trials = 0;
   std::printf("%s (study): %zu subjects\n\n", study.name.c_str(), study.subjects.size());
@@ -36,9 +36,9 @@ Result<void> print_study(const scheduler::Protocol& study, const std::filesystem
   for (const auto& subject : study.subjects) {
     for (const std::string& file : {subject.unloaded, subject.loaded, subject.instruction}) {
       if (file.empty()) continue;
-      const auto protocol = scheduler::load_protocol(folder / file);
+      const auto protocol = protocol::load_protocol(folder / file);
       if (!protocol) return protocol.error();
-      const auto run = scheduler::dry_run(*protocol, facts, subject.seed);
+      const auto run = protocol::dry_run(*protocol, facts, subject.seed);
       if (!run) return run.error();
       std::printf("%-12s %-24s %7zu %12.1f %10.3f to %.3f %14.1f\n", subject.name.c_str(), file.c_str(),
                   run->plan.trials.size(), run->duration / 60.0, run->extremes.nearest,
@@ -54,21 +54,21 @@ Result<void> print_study(const scheduler::Protocol& study, const std::filesystem
 }  // namespace
 
 Result<void> print_dry_run(const RunOptions& options) {
-  const auto protocol = scheduler::load_protocol(options.protocol);
+  const auto protocol = protocol::load_protocol(options.protocol);
   if (!protocol) return protocol.error();
-  plant::Profile profile;
+  simulation::Profile profile;
   if (!options.profile.empty()) {
-    auto loaded = plant::load_profile(options.profile);
+    auto loaded = simulation::load_profile(options.profile);
     if (!loaded) return loaded.error();
     profile = *loaded;
   }
-  const scheduler::RigFacts facts = facts_of(profile);
-  if (protocol->kind == scheduler::ProtocolKind::kStudy) {
+  const protocol::RigFacts facts = facts_of(profile);
+  if (protocol->kind == protocol::ProtocolKind::kStudy) {
     return print_study(*protocol, std::filesystem::path(options.protocol).parent_path(), facts);
   }
-  const auto run = scheduler::dry_run(*protocol, facts, options.seed);
+  const auto run = protocol::dry_run(*protocol, facts, options.seed);
   if (!run) return run.error();
-  std::fputs(scheduler::to_text(*run, *protocol).c_str(), stdout);
+  std::fputs(protocol::to_text(*run, *protocol).c_str(), stdout);
   return {};
 }
 

@@ -5,18 +5,18 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/session_reader.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/session_text.hpp"
 #include "services/core/text_file.hpp"
-#include "services/exchange/csv_export.hpp"
-#include "services/exchange/hdf5_export.hpp"
-#include "services/exchange/session_recordings.hpp"
+#include "services/formats/csv_export.hpp"
+#include "services/formats/hdf5_export.hpp"
+#include "services/formats/session_recordings.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/version.hpp"
+#include "services/store/session_reader.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -30,9 +30,9 @@ struct ExportOptions {
   std::string out;
 };
 
-Result<void> export_bids(archive::Store& store, const archive::Session& session, const fs::path& out,
-                         const exchange::Progress& progress) {
-  const auto recordings = exchange::recordings_of(store, session, progress);
+Result<void> export_bids(store::Store& store, const store::Session& session, const fs::path& out,
+                         const Progress& progress) {
+  const auto recordings = formats::recordings_of(store, session, progress);
   if (!recordings) return recordings.error();
   recording::WriteOptions options;
   options.software_version = runtime::kVersion;
@@ -45,9 +45,9 @@ Result<void> export_bids(archive::Store& store, const archive::Session& session,
 Result<void> export_session(const ExportOptions& options) {
   auto store = open_to_read(options.archive);
   if (!store) return store.error();
-  const auto record = archive::find_session(**store, options.session);
+  const auto record = store::find_session(**store, options.session);
   if (!record) return record.error();
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   if (!session) return session.error();
   ProgressBar bar("trials");
   const auto progress = [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); };
@@ -55,11 +55,11 @@ Result<void> export_session(const ExportOptions& options) {
   if (options.format == "bids") {
     done = export_bids(**store, *session, options.out, progress);
   } else if (options.format == "csv") {
-    done = exchange::export_csv(**store, *session, options.out, progress);
+    done = formats::export_csv(**store, *session, options.out, progress);
     if (done)
       done = write_text_file(fs::path(options.out) / "session.json", session_json(*session).dump(1) + "\n");
   } else {
-    done = exchange::export_hdf5(**store, *session, options.out, progress);
+    done = formats::export_hdf5(**store, *session, options.out, progress);
   }
   bar.clear();
   if (!done) return done;

@@ -6,15 +6,15 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
-#include "analysis_service/identification/archived_session.hpp"
-#include "analysis_service/identification/offline.hpp"
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
+#include "analysis_service/offline/archived_session.hpp"
+#include "analysis_service/offline/offline.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/core/text_file.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -74,11 +74,11 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
                 fmt::format("--force-sign {:+d}: is for datasets, '{}' is an archive", options.force_sign,
                             options.source));
   }
-  auto store = archive::open_store_for_reading(name);
+  auto store = store::open_store_for_reading(name);
   if (!store) return store.error();
-  const auto record = archive::find_session(**store, options.session);
+  const auto record = store::find_session(**store, options.session);
   if (!record) return record.error();
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   if (!session) return session.error();
   for (const auto& trial : session->trials) {
     if (!trial.outcome || !(trial.outcome->value.sample_rate_Hz() > 0.0)) continue;

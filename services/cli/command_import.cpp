@@ -3,17 +3,17 @@
 #include <memory>
 #include <sstream>
 
-#include "analysis_service/identification/command_line.hpp"
-#include "services/archive/open_store.hpp"
+#include "analysis_service/service/command_line.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/core/clock.hpp"
-#include "services/exchange/session_import.hpp"
+#include "services/import/session_import.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/version.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -46,14 +46,14 @@ Result<void> import(const ImportOptions& options) {
       if (auto stated = recording::state_force_sign(record, -1); !stated) return stated;
     }
   }
-  auto store = archive::open_store_for_writing(options.archive.name());
+  auto store = store::open_store_for_writing(options.archive.name());
   if (!store) return store.error();
   const SystemClock clock;
-  const exchange::ImportSettings settings{
+  const session_import::ImportSettings settings{
       (std::filesystem::path(options.dataset) / "").parent_path().filename().string(), runtime::kVersion,
       clock.utc_ns(), analysis->core, options.configuration};
   ProgressBar bar("trials");
-  const auto imported = exchange::import_recordings(
+  const auto imported = session_import::import_recordings(
       **store, *recordings, settings,
       [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
   bar.clear();

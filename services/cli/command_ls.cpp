@@ -6,32 +6,32 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "idl/bounds.hpp"
-#include "idl/names.hpp"
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
+#include "services/contract/names.hpp"
 #include "services/runtime/options.hpp"
 
 namespace tonus::cli {
 namespace {
 
 struct ListedSession {
-  archive::SessionRecord record;
+  store::SessionRecord record;
   std::optional<v1::SessionState> state;
-  archive::Certificate certificate;
+  store::Certificate certificate;
   std::size_t attempts = 0;
   std::size_t incomplete = 0;
 };
 
-Result<std::vector<ListedSession>> list(archive::Store& store) {
+Result<std::vector<ListedSession>> list(store::Store& store) {
   const auto records = store.sessions();
   if (!records) return records.error();
   std::vector<ListedSession> sessions;
   for (const auto& record : *records) {
     ListedSession session{record, {}, {}, 0, 0};
-    const archive::MessageQuery query{std::string(topics::kSessionState.spec.name), {}, record.session};
-    auto visited = store.visit_messages(query, [&](const archive::Message& message) -> Result<void> {
+    const store::MessageQuery query{std::string(topics::kSessionState.spec.name), {}, record.session};
+    auto visited = store.visit_messages(query, [&](const store::Message& message) -> Result<void> {
       if (auto state = bus::decode<v1::SessionState>(*message.payload)) session.state = std::move(*state);
       return {};
     });
@@ -41,11 +41,7 @@ Result<std::vector<ListedSession>> list(archive::Store& store) {
     session.attempts = trials->size();
     for (const auto& trial : *trials) {
       session.incomplete += trial.is_certified ? 0 : 1;
-      session.certificate.expected += trial.certificate.expected;
-      session.certificate.received += trial.certificate.received;
-      session.certificate.resent += trial.certificate.resent;
-      session.certificate.duplicated += trial.certificate.duplicated;
-      session.certificate.missing += trial.certificate.missing;
+      session.certificate += trial.certificate;
     }
     sessions.push_back(std::move(session));
   }

@@ -4,8 +4,8 @@
 
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
-#include "services/exchange/recovery.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/recovery.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -15,14 +15,14 @@ struct RecoverOptions {
   std::string out;
 };
 
-void print_rows(const char* what, const std::vector<exchange::RowRange>& ranges) {
+void print_rows(const char* what, const std::vector<store::RowRange>& ranges) {
   for (const auto& range : ranges) {
     std::printf("lost: %s %lld to %lld\n", what, static_cast<long long>(range.first),
                 static_cast<long long>(range.last));
   }
 }
 
-void print(const exchange::Recovery& recovery, const std::string& target) {
+void print(const store::Recovery& recovery, const std::string& target) {
   std::printf("%llu pages", static_cast<unsigned long long>(recovery.pages));
   if (!recovery.has_header) std::printf(", without a header");
   if (recovery.pages_expected > recovery.pages)
@@ -64,7 +64,7 @@ void add_recover_command(CLI::App& app, Command& chosen) {
     chosen = [options] {
       const std::string target = options->out.empty() ? options->file + ".recovered.sqlite" : options->out;
       ProgressBar bar("pages and rows");
-      const auto recovery = exchange::recover_archive(
+      const auto recovery = store::recover_archive(
           options->file, target,
           [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
       bar.clear();

@@ -3,12 +3,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "analysis_service/study/report.hpp"
-#include "rig_agent/plant/cohort.hpp"
+#include "analysis_service/report/report.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/runtime/options.hpp"
+#include "services/simulation/cohort.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -20,7 +20,7 @@ struct ReportOptions {
 };
 
 Result<void> report(const ReportOptions& options) {
-  const auto cohort = plant::load_cohort(options.cohort);
+  const auto cohort = simulation::load_cohort(options.cohort);
   if (!cohort) return cohort.error();
   const auto store = open_to_read(options.archive);
   if (!store) return store.error();
@@ -31,7 +31,7 @@ Result<void> report(const ReportOptions& options) {
         **store, *cohort, [&](std::size_t done, std::size_t all) { progress.show(done, all, "identified"); });
   }
   if (!made) return made.error();
-  auto written = study::write_report(*made, options.folder, [](const std::string& what) {
+  auto written = report::write_report(*made, options.folder, [](const std::string& what) {
     std::fprintf(stderr, "writing %s\n", what.c_str());
   });
   if (!written) return written;

@@ -9,7 +9,7 @@
 #include "services/cli/session_run.hpp"
 #include "services/cli/study_run.hpp"
 #include "services/cli/system.hpp"
-#include "services/scheduler/protocol_file.hpp"
+#include "services/protocol/protocol_file.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -42,15 +42,15 @@ Result<void> check_results_file(const RunOptions& run) {
 
 /// Whose part of a study is to be run; none: the protocol is no study. A protocol that cannot be read is the
 /// error.
-Result<std::optional<scheduler::StudySubject>> subject_of_study(const RunOptions& run) {
-  using Subject = std::optional<scheduler::StudySubject>;
+Result<std::optional<protocol::StudySubject>> subject_of_study(const RunOptions& run) {
+  using Subject = std::optional<protocol::StudySubject>;
   if (!run.dataset.empty()) {
     if (auto text = protocol_text(run); !text) return text.error();
     return Subject();
   }
-  const auto protocol = scheduler::load_protocol(run.protocol);
+  const auto protocol = protocol::load_protocol(run.protocol);
   if (!protocol) return protocol.error();
-  if (protocol->kind != scheduler::ProtocolKind::kStudy) return Subject();
+  if (protocol->kind != protocol::ProtocolKind::kStudy) return Subject();
   auto subject = study_subject(run, *protocol);
   if (!subject) return subject.error();
   if (auto good = check_results_file(run); !good) return good.error();
@@ -75,7 +75,7 @@ Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& ru
 }
 
 /// Runs a cohort, and says where its data are.
-Result<void> study(SystemOptions& system_options, const RunOptions& run, const scheduler::Protocol& protocol,
+Result<void> study(SystemOptions& system_options, const RunOptions& run, const protocol::Protocol& protocol,
                    const std::string& cohort) {
   if (cohort.empty()) {
     return fail(ErrorCode::kInvalidArgument,
@@ -101,9 +101,9 @@ Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::str
   if (auto good = check(run); !good) return good;
   if (auto text = protocol_text(run); !text) return text.error();
   if (run.dataset.empty()) {
-    const auto protocol = scheduler::load_protocol(run.protocol);
+    const auto protocol = protocol::load_protocol(run.protocol);
     if (!protocol) return protocol.error();
-    if (protocol->kind == scheduler::ProtocolKind::kStudy)
+    if (protocol->kind == protocol::ProtocolKind::kStudy)
       return study(system_options, run, *protocol, cohort);
   } else {
     system_options.driver = "replay";

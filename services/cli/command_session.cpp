@@ -3,9 +3,9 @@
 #include <memory>
 #include <spdlog/fmt/fmt.h>
 
-#include "idl/names.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_end.hpp"
+#include "services/contract/names.hpp"
 
 namespace tonus::cli {
 namespace {

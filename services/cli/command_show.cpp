@@ -4,11 +4,11 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/session_reader.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/session_text.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/session_reader.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -22,9 +22,9 @@ struct ShowOptions {
 Result<void> show(const ShowOptions& options) {
   auto store = open_to_read(options.archive);
   if (!store) return store.error();
-  const auto record = archive::find_session(**store, options.session);
+  const auto record = store::find_session(**store, options.session);
   if (!record) return record.error();
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   if (!session) return session.error();
   const std::string text = options.is_json ? session_json(*session).dump(1) + "\n" : session_text(*session);
   std::fputs(text.c_str(), stdout);

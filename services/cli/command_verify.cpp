@@ -4,17 +4,17 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/session_reader.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
-#include "services/exchange/verification.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/session_reader.hpp"
+#include "services/verification/verification.hpp"
 
 namespace tonus::cli {
 namespace {
 
-using exchange::Verification;
+using verification::Verification;
 
 struct VerifyOptions {
   ArchiveOption archive;
@@ -22,7 +22,7 @@ struct VerifyOptions {
   bool is_json = false;
 };
 
-void print(const archive::SessionRecord& record, const Verification& v) {
+void print(const store::SessionRecord& record, const Verification& v) {
   std::printf("session %s%s\n", to_hex(record.session).c_str(), v.is_over ? "" : " (goes on)");
   std::printf("checksums: %llu blocks, %llu damaged; %llu messages, %llu damaged\n",
               static_cast<unsigned long long>(v.blocks), static_cast<unsigned long long>(v.damaged_blocks),
@@ -53,15 +53,16 @@ void print(const archive::SessionRecord& record, const Verification& v) {
                 "remark");
   for (const auto& check : v.estimates) {
     const auto& e = check.estimate;
-    std::printf("%-28s %-16s %-18s %6u  %-15s %s\n", exchange::condition_text(e).c_str(), e.method().c_str(),
-                e.model().c_str(), e.trials_used(), exchange::name_of(check.outcome), check.remark.c_str());
+    std::printf("%-28s %-16s %-18s %6u  %-15s %s\n", verification::condition_text(e).c_str(),
+                e.method().c_str(), e.model().c_str(), e.trials_used(), verification::name_of(check.outcome),
+                check.remark.c_str());
   }
   for (const auto& remark : v.remarks) std::printf("remark: %s\n", remark.c_str());
   for (const auto& problem : v.problems) std::printf("problem: %s\n", problem.c_str());
   std::printf("%s\n", v.is_well() ? "all is well" : fmt::format("{} problems", v.problems.size()).c_str());
 }
 
-nlohmann::json as_json(const archive::SessionRecord& record, const Verification& v) {
+nlohmann::json as_json(const store::SessionRecord& record, const Verification& v) {
   using nlohmann::json;
   json root{{"schema", 1},
             {"session", to_hex(record.session)},
@@ -94,11 +95,11 @@ nlohmann::json as_json(const archive::SessionRecord& record, const Verification&
                                 {"found", verdict.found}});
   }
   for (const auto& check : v.estimates) {
-    root["conditions"].push_back({{"condition", exchange::condition_text(check.estimate)},
+    root["conditions"].push_back({{"condition", verification::condition_text(check.estimate)},
                                   {"method", check.estimate.method()},
                                   {"model", check.estimate.model()},
                                   {"trials_used", check.estimate.trials_used()},
-                                  {"outcome", exchange::name_of(check.outcome)},
+                                  {"outcome", verification::name_of(check.outcome)},
                                   {"largest_difference", check.difference.largest},
                                   {"where", check.difference.where},
                                   {"remark", check.remark}});
@@ -109,10 +110,10 @@ nlohmann::json as_json(const archive::SessionRecord& record, const Verification&
 Result<bool> verify(const VerifyOptions& options) {
   auto store = open_to_read(options.archive);
   if (!store) return store.error();
-  const auto record = archive::find_session(**store, options.session);
+  const auto record = store::find_session(**store, options.session);
   if (!record) return record.error();
   ProgressBar bar("trials");
-  const auto verification = exchange::verify_session(
+  const auto verification = verification::verify_session(
       **store, *record, [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
   bar.clear();
   if (!verification) return verification.error();

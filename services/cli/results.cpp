@@ -6,24 +6,15 @@
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/contract/rig.hpp"
+
 namespace tonus::cli {
 namespace {
 
 using nlohmann::json;
 
-struct MatrixUnits {
-  std::string mass;
-  std::string damping;
-  std::string stiffness;
-};
-
-MatrixUnits units_of(const v1::Estimate& e) {
-  if (e.displacement_unit() == "rad") return {"kg m2", "N m s/rad", "N m/rad"};
-  if (e.axes() == 1 && e.force_unit() != "N") {
-    const std::string per = e.force_unit() + "/" + e.displacement_unit();
-    return {per + " s2", per + " s", per};
-  }
-  return {"kg", "N s/m", "N/m"};
+contract::MatrixUnits units_of(const v1::Estimate& e) {
+  return contract::matrix_units({e.displacement_unit(), e.force_unit()});
 }
 
 std::string matrix_row(const v1::MatrixEstimate& m, unsigned axes, unsigned row) {

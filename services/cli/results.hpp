@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis_service/study/loaded_postures.hpp"
-#include "rig_agent/plant/true_impedance.hpp"
+#include "services/simulation/true_impedance.hpp"
 
 #include <idl/estimate.h>
 
@@ -15,7 +15,7 @@
 namespace tonus::cli {
 
 /// The truth of a simulated posture, where there is one.
-using Truth = std::function<std::optional<plant::CartesianImpedance>(const v1::Estimate&)>;
+using Truth = std::function<std::optional<simulation::CartesianImpedance>(const v1::Estimate&)>;
 
 /// A block of lines: matrices with standard errors and, where known, the simulated truth beside them;
 /// ellipses, curl, spring centre, fitting error.

@@ -6,12 +6,13 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/study/loaded_postures.hpp"
-#include "rig_agent/plant/true_impedance.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/recording_protocol.hpp"
 #include "services/cli/results.hpp"
+#include "services/contract/names.hpp"
 #include "services/core/text_file.hpp"
-#include "services/scheduler/protocol_file.hpp"
+#include "services/protocol/protocol_file.hpp"
+#include "services/simulation/true_impedance.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -19,10 +20,7 @@ namespace {
 constexpr std::chrono::seconds kReplyLimit{10};
 constexpr std::chrono::milliseconds kTick{100};
 
-bool is_over(const std::optional<v1::SessionState>& state) {
-  return state && (state->phase() == v1::SESSION_COMPLETED || state->phase() == v1::SESSION_ABORTED ||
-                   state->phase() == v1::SESSION_FAILED);
-}
+bool is_over(const std::optional<v1::SessionState>& state) { return state && v1::is_over(state->phase()); }
 
 std::string remark_of(const v1::SessionState& state) {
   std::string remark = state.posture();
@@ -33,15 +31,15 @@ std::string remark_of(const v1::SessionState& state) {
 /// Truth of the simulated subject; none for any other rig.
 Result<Truth> truth_of(const std::optional<v1::RigDescription>& rig, const std::string& profile_file) {
   if (!rig || rig->driver() != "simulated") return Truth{};
-  plant::Profile profile;
+  simulation::Profile profile;
   if (!profile_file.empty()) {
-    auto loaded = plant::load_profile(profile_file);
+    auto loaded = simulation::load_profile(profile_file);
     if (!loaded) return loaded.error();
     profile = *loaded;
   }
   return Truth{
-      [subject = profile.subject](const v1::Estimate& e) -> std::optional<plant::CartesianImpedance> {
-        return plant::true_impedance(subject, {e.posture_m()[0], e.posture_m()[1]});
+      [subject = profile.subject](const v1::Estimate& e) -> std::optional<simulation::CartesianImpedance> {
+        return simulation::true_impedance(subject, {e.posture_m()[0], e.posture_m()[1]});
       }};
 }
 
@@ -85,7 +83,7 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
 Result<std::string> protocol_text(const RunOptions& options) {
   if (!options.dataset.empty()) return recording_protocol(options.dataset);
   // Checked here so that a message names the file; the scheduler checks again what it gets.
-  auto protocol = scheduler::load_protocol(options.protocol);
+  auto protocol = protocol::load_protocol(options.protocol);
   if (!protocol) return protocol.error();
   return protocol->text;
 }

@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "rig_agent/plant/profile.hpp"
 #include "services/cli/session_client.hpp"
 #include "services/core/result.hpp"
+#include "services/simulation/profile.hpp"
 
 namespace tonus::cli {
 

@@ -5,17 +5,17 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "idl/names.hpp"
 #include "services/cli/results.hpp"
+#include "services/contract/names.hpp"
 #include "services/core/clock.hpp"
 #include "services/runtime/health.hpp"
 
 namespace tonus::cli {
 namespace {
 
-using archive::Session;
-using archive::SessionTrial;
 using nlohmann::json;
+using store::Session;
+using store::SessionTrial;
 
 std::string verdict_text(const SessionTrial& trial) {
   if (!trial.outcome) return "no outcome yet";
@@ -26,7 +26,7 @@ std::string verdict_text(const SessionTrial& trial) {
                                                   : verdict.detail());
 }
 
-std::string certificate_text(const archive::Certificate& c) {
+std::string certificate_text(const store::Certificate& c) {
   std::string text = fmt::format("{} of {} samples", c.received, c.expected);
   if (c.resent > 0) text += fmt::format(", {} resent", c.resent);
   if (c.duplicated > 0) text += fmt::format(", {} duplicated", c.duplicated);
@@ -111,7 +111,7 @@ std::string surroundings_text(const Session& session) {
   return text;
 }
 
-json certificate_json(const archive::Certificate& c) {
+json certificate_json(const store::Certificate& c) {
   return {{"expected", c.expected},
           {"received", c.received},
           {"resent", c.resent},
@@ -152,7 +152,7 @@ json trial_json(const SessionTrial& trial) {
 
 std::vector<ConditionResult> conditions_of(const Session& session) {
   std::vector<ConditionResult> results;
-  for (const auto& estimate : archive::newest_estimates(session)) {
+  for (const auto& estimate : store::newest_estimates(session)) {
     ConditionResult result{session.record.subject,
                            to_hex(session.record.session),
                            static_cast<int>(estimate.posture_index()) + 1,
@@ -176,7 +176,7 @@ std::string session_text(const Session& session) {
   for (const auto& trial : session.trials) text += trial_line(trial);
   text += fmt::format("  sum: {}{}\n\n", certificate_text(session.certificate()),
                       session.is_whole() ? ", whole" : "");
-  for (const auto& estimate : archive::newest_estimates(session)) text += as_text(estimate, {}) + "\n";
+  for (const auto& estimate : store::newest_estimates(session)) text += as_text(estimate, {}) + "\n";
   return text + surroundings_text(session);
 }
 

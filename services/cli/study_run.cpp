@@ -5,8 +5,8 @@
 #include <cstdio>
 #include <functional>
 
-#include "rig_agent/plant/cohort.hpp"
 #include "services/core/text_file.hpp"
+#include "services/simulation/cohort.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -14,7 +14,7 @@ namespace {
 constexpr std::chrono::seconds kRosterLimit{30};
 
 Result<std::filesystem::path> write_profile(const std::filesystem::path& data,
-                                            const plant::CohortSubject& subject) {
+                                            const simulation::CohortSubject& subject) {
   std::error_code error;
   std::filesystem::create_directories(data / "profiles", error);
   if (error) {
@@ -26,7 +26,7 @@ Result<std::filesystem::path> write_profile(const std::filesystem::path& data,
 }
 
 /// One session after the other. File names are relative to the study's own, `run.protocol`.
-Result<void> run_sessions(OperatorEnd& op, RunOptions run, const scheduler::StudySubject& subject,
+Result<void> run_sessions(OperatorEnd& op, RunOptions run, const protocol::StudySubject& subject,
                           const std::function<Result<void>()>& tick) {
   const auto folder = std::filesystem::path(run.protocol).parent_path();
   run.subject = subject.name;
@@ -44,7 +44,7 @@ Result<void> run_sessions(OperatorEnd& op, RunOptions run, const scheduler::Stud
 
 /// Everything of one subject on services of its own.
 Result<void> run_on_own_services(const SystemOptions& system_options, const RunOptions& run,
-                                 const scheduler::StudySubject& subject) {
+                                 const protocol::StudySubject& subject) {
   auto end = OperatorEnd::join(system_options.common);
   if (!end) return end.error();
   OperatorEnd& op = **end;
@@ -57,7 +57,7 @@ Result<void> run_on_own_services(const SystemOptions& system_options, const RunO
 
 }  // namespace
 
-Result<scheduler::StudySubject> study_subject(const RunOptions& run, const scheduler::Protocol& study) {
+Result<protocol::StudySubject> study_subject(const RunOptions& run, const protocol::Protocol& study) {
   std::string names;
   for (const auto& subject : study.subjects) {
     if (subject.name == run.subject) return subject;
@@ -68,13 +68,13 @@ Result<scheduler::StudySubject> study_subject(const RunOptions& run, const sched
 }
 
 Result<void> run_study_subject(OperatorEnd& op, const RunOptions& run,
-                               const scheduler::StudySubject& subject) {
+                               const protocol::StudySubject& subject) {
   return run_sessions(op, run, subject, [] { return Result<void>(); });
 }
 
-Result<void> run_study(const SystemOptions& system, const RunOptions& run, const scheduler::Protocol& study,
+Result<void> run_study(const SystemOptions& system, const RunOptions& run, const protocol::Protocol& study,
                        const std::string& cohort) {
-  auto subjects = plant::load_cohort(cohort);
+  auto subjects = simulation::load_cohort(cohort);
   if (!subjects) return subjects.error();
   const auto data = runtime::data_folder(system.common);
   if (!data) return data.error();

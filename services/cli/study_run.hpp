@@ -3,23 +3,23 @@
 #include "services/cli/operator_end.hpp"
 #include "services/cli/session_run.hpp"
 #include "services/cli/system.hpp"
-#include "services/scheduler/protocol.hpp"
+#include "services/protocol/protocol.hpp"
 
 namespace tonus::cli {
 
 /// Runs every session of a study, one subject after the other, each with services of its own and the
 /// simulated rig of this subject, all into one archive. `cohort` is the file of the subjects' profiles
-/// (rig_agent/plant/cohort.hpp). The first session that does not complete is the error.
+/// (services/simulation/cohort.hpp). The first session that does not complete is the error.
 [[nodiscard]] Result<void> run_study(const SystemOptions& system, const RunOptions& run,
-                                     const scheduler::Protocol& study, const std::string& cohort);
+                                     const protocol::Protocol& study, const std::string& cohort);
 
 /// Whom `run.subject` names; kInvalidArgument lists the study's subjects.
-[[nodiscard]] Result<scheduler::StudySubject> study_subject(const RunOptions& run,
-                                                            const scheduler::Protocol& study);
+[[nodiscard]] Result<protocol::StudySubject> study_subject(const RunOptions& run,
+                                                           const protocol::Protocol& study);
 
 /// Every session that the study has for one subject, one after the other, on services that are up. The first
 /// one that does not complete is the error.
 [[nodiscard]] Result<void> run_study_subject(OperatorEnd& op, const RunOptions& run,
-                                             const scheduler::StudySubject& subject);
+                                             const protocol::StudySubject& subject);
 
 }  // namespace tonus::cli

@@ -1,6 +1,7 @@
 #include "services/core/record_file.hpp"
 
 #include <cerrno>
+#include <cstdio>
 #include <cstring>
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
@@ -103,6 +104,12 @@ Result<std::vector<std::byte>> RecordFile::read(std::uint64_t offset) const {
                 fmt::format("{}: the record at byte {} is damaged", path_.string(), offset));
   }
   return content;
+}
+
+Result<void> RecordFile::rename_to(const std::filesystem::path& path) {
+  if (std::rename(path_.c_str(), path.c_str()) != 0) return system_error("cannot be renamed");
+  path_ = path;
+  return {};
 }
 
 Result<void> RecordFile::sync() {

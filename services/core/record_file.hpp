@@ -34,6 +34,9 @@ class RecordFile {
   /// The record at an offset that append() or the visitor gave; kDataLoss if its checksum is wrong.
   [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset) const;
 
+  /// Takes the place of the file at `path`, in the same folder. kIo: this file keeps its name.
+  [[nodiscard]] Result<void> rename_to(const std::filesystem::path& path);
+
   /// Waits until everything appended so far is on the disk.
   [[nodiscard]] Result<void> sync();
 

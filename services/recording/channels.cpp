@@ -64,7 +64,7 @@ class ChannelTable {
 
   [[nodiscard]] Result<void> require_unit(std::size_t row, std::string_view needed) const {
     if (unit(row) == needed) return {};
-    return table_.refuse(row, "units", fmt::format("'{}' is needed for channel {}", needed, name(row)));
+    return table_.refuse(row, "units", fmt::format("'{}' for channel {}", needed, name(row)));
   }
 
   [[nodiscard]] Error refuse(std::size_t row, std::string_view column, std::string_view allowed) const {
@@ -91,7 +91,7 @@ Result<void> assign(const ChannelTable& table, const std::vector<Assignment>& wa
                     std::vector<Column>& columns) {
   for (const Assignment& assignment : wanted) {
     const std::size_t row = *table.find(assignment.name);
-    if (auto good = table.require_unit(row, assignment.unit); !good) return good;
+    TONUS_TRY(table.require_unit(row, assignment.unit));
     columns[row] = assignment.column;
   }
   return {};
@@ -122,47 +122,38 @@ RigGeometry converted_rig(RigKind kind) {
 Result<RigGeometry> read_rig(const JsonFile& json, std::size_t axes) {
   RigGeometry rig;
   rig.kind = axes == 2 ? RigKind::kTwoLink : RigKind::kOneAxis;
-  const auto stated_axes = json.number("Rig.Axes");
-  if (!stated_axes) return stated_axes.error();
-  if (*stated_axes != static_cast<double>(axes)) {
-    return json.refuse("Rig.Axes", fmt::format("{} is needed for these channels", axes));
+  TONUS_TRY_ASSIGN(const auto stated_axes, json.number("Rig.Axes"));
+  if (stated_axes != static_cast<double>(axes)) {
+    return json.refuse("Rig.Axes", fmt::format("{} for these channels", axes));
   }
   if (axes == 2) {
-    const auto lengths = json.numbers("Rig.LinkLengths_m", 2);
-    if (!lengths) return lengths.error();
-    rig.links = {(*lengths)[0], (*lengths)[1]};
+    TONUS_TRY_ASSIGN(const auto lengths, json.numbers("Rig.LinkLengths_m", 2));
+    rig.links = {lengths[0], lengths[1]};
   }
-  const auto counts = json.numbers("Rig.EncoderCountsPerRevolution", axes);
-  if (!counts) return counts.error();
-  const auto zero = json.numbers("Rig.EncoderZero_count", axes);
-  if (!zero) return zero.error();
-  const auto sign = json.numbers("Rig.EncoderSign", axes);
-  if (!sign) return sign.error();
-  const auto calibration = json.matrix("Rig.ForceCalibration_N_per_V", axes);
-  if (!calibration) return calibration.error();
-  const auto offset = json.numbers("Rig.ForceOffset_V", axes);
-  if (!offset) return offset.error();
+  TONUS_TRY_ASSIGN(const auto counts, json.numbers("Rig.EncoderCountsPerRevolution", axes));
+  TONUS_TRY_ASSIGN(const auto zero, json.numbers("Rig.EncoderZero_count", axes));
+  TONUS_TRY_ASSIGN(const auto sign, json.numbers("Rig.EncoderSign", axes));
+  TONUS_TRY_ASSIGN(const auto calibration, json.matrix("Rig.ForceCalibration_N_per_V", axes));
+  TONUS_TRY_ASSIGN(const auto offset, json.numbers("Rig.ForceOffset_V", axes));
   rig.counts_per_unit = {1.0, 1.0};
   rig.force_calibration.setIdentity();
   for (std::size_t i = 0; i < axes; ++i) {
     const auto row = static_cast<Eigen::Index>(i);
-    rig.counts_per_unit[i] = (*counts)[i] / kTurn;
-    rig.encoder_zero[i] = (*zero)[i];
-    rig.encoder_sign[i] = (*sign)[i];
-    rig.force_offset_V[row] = (*offset)[i];
+    rig.counts_per_unit[i] = counts[i] / kTurn;
+    rig.encoder_zero[i] = zero[i];
+    rig.encoder_sign[i] = sign[i];
+    rig.force_offset_V[row] = offset[i];
     for (std::size_t j = 0; j < axes; ++j) {
-      rig.force_calibration(row, static_cast<Eigen::Index>(j)) = (*calibration)[i * axes + j];
+      rig.force_calibration(row, static_cast<Eigen::Index>(j)) = calibration[i * axes + j];
     }
   }
-  const auto angle = json.number("Rig.ForceSensorAngle_rad", axes == 2 ? std::optional<double>() : 0.0);
-  if (!angle) return angle.error();
-  const auto mass = json.number("Rig.HandleMass_kg", 0.0);
-  if (!mass) return mass.error();
-  const auto saturation = json.number("Rig.ForceSaturation_V", rig.force_saturation_V);
-  if (!saturation) return saturation.error();
-  rig.force_sensor_angle = *angle;
-  rig.handle_mass = *mass;
-  rig.force_saturation_V = *saturation;
+  TONUS_TRY_ASSIGN(const auto angle,
+                   json.number("Rig.ForceSensorAngle_rad", axes == 2 ? std::optional<double>() : 0.0));
+  TONUS_TRY_ASSIGN(const auto mass, json.number("Rig.HandleMass_kg", 0.0));
+  TONUS_TRY_ASSIGN(const auto saturation, json.number("Rig.ForceSaturation_V", rig.force_saturation_V));
+  rig.force_sensor_angle = angle;
+  rig.handle_mass = mass;
+  rig.force_saturation_V = saturation;
   if (const auto valid = validate(rig); !valid) {
     return fail(ErrorCode::kInvalidArgument, json.path().string() + ": " + valid.error().message);
   }
@@ -172,42 +163,35 @@ Result<RigGeometry> read_rig(const JsonFile& json, std::size_t axes) {
 Result<void> read_posture(const JsonFile& json, Recording& recording) {
   recording.posture = recording.acquisition;
   if (json.has("Posture")) {
-    const auto name = json.text("Posture.name", recording.acquisition);
-    if (!name) return name.error();
-    const auto x = json.number("Posture.x_m");
-    if (!x) return x.error();
-    const auto y = json.number("Posture.y_m");
-    if (!y) return y.error();
-    recording.posture = *name;
-    recording.posture_position = Eigen::Vector2d(*x, *y);
+    TONUS_TRY_ASSIGN(const auto name, json.text("Posture.name", recording.acquisition));
+    TONUS_TRY_ASSIGN(const auto x, json.number("Posture.x_m"));
+    TONUS_TRY_ASSIGN(const auto y, json.number("Posture.y_m"));
+    recording.posture = name;
+    recording.posture_position = Eigen::Vector2d(x, y);
   }
   return {};
 }
 
 Result<void> read_shoulder(const JsonFile& json, Recording& recording) {
-  const auto x = json.number("ShoulderInRobot.x_m");
-  if (!x) return x.error();
-  const auto y = json.number("ShoulderInRobot.y_m");
-  if (!y) return y.error();
-  const auto angle = json.number("ShoulderInRobot.angle_rad");
-  if (!angle) return angle.error();
-  recording.shoulder = {{*x, *y}, *angle};
+  TONUS_TRY_ASSIGN(const auto x, json.number("ShoulderInRobot.x_m"));
+  TONUS_TRY_ASSIGN(const auto y, json.number("ShoulderInRobot.y_m"));
+  TONUS_TRY_ASSIGN(const auto angle, json.number("ShoulderInRobot.angle_rad"));
+  recording.shoulder = {{x, y}, angle};
   return {};
 }
 
 Result<void> read_raw(const ChannelTable& table, const JsonFile& json, std::size_t axes, Recording& recording,
                       std::vector<Column>& columns) {
-  auto rig = read_rig(json, axes);
-  if (!rig) return rig.error();
+  TONUS_TRY_ASSIGN(auto rig, read_rig(json, axes));
   recording.is_raw = true;
-  recording.rig = *rig;
+  recording.rig = rig;
   if (axes == 1) {
     recording.displacement_unit = "rad";
     recording.force_unit = "N m";
     recording.channel_names = {"q1", "f1"};
     return assign(table, {{"q1", Column::kCount0, "count"}, {"f1", Column::kForce0, "V"}}, columns);
   }
-  if (auto read = read_shoulder(json, recording); !read) return read;
+  TONUS_TRY(read_shoulder(json, recording));
   return assign(table,
                 {{"q1", Column::kCount0, "count"},
                  {"q2", Column::kCount1, "count"},
@@ -229,15 +213,15 @@ Result<void> read_cartesian(const ChannelTable& table, Recording& recording, std
 Result<void> read_one_axis(const ChannelTable& table, const JsonFile& json, std::size_t displacement,
                            std::size_t force, Recording& recording, std::vector<Column>& columns) {
   const std::string unit = table.unit(displacement);
-  if (unit != "m" && unit != "rad") return table.refuse(displacement, "units", "'m' or 'rad' is needed");
+  if (unit != "m" && unit != "rad") return table.refuse(displacement, "units", "'m' or 'rad'");
   recording.displacement_unit = unit;
   recording.force_unit = unit == "m" ? "N" : "N m";
-  if (auto good = table.require_unit(force, recording.force_unit); !good) return good;
+  TONUS_TRY(table.require_unit(force, recording.force_unit));
   recording.rig = converted_rig(RigKind::kOneAxis);
   recording.is_force_sign_stated = json.has("Rig.ForceSign");
   if (recording.is_force_sign_stated) {
     const auto sign = json.number("Rig.ForceSign");
-    if (!sign || std::abs(*sign) != 1.0) return json.refuse("Rig.ForceSign", "1 or -1 is needed");
+    if (!sign || std::abs(*sign) != 1.0) return json.refuse("Rig.ForceSign", "1 or -1");
     recording.rig.force_calibration(0, 0) = *sign;
   }
   recording.channel_names = {table.name(displacement), table.name(force)};
@@ -274,19 +258,18 @@ Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::
 Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Recording& recording) {
   const std::filesystem::path table_file = stem.string() + "_channels.tsv";
   const std::filesystem::path json_file = stem.string() + "_channels.json";
-  auto table = Table::read(table_file);
-  if (!table) return table.error();
-  if (auto complete = table->require({"name", "type", "units"}); !complete) return complete.error();
+  TONUS_TRY_ASSIGN(auto table, Table::read(table_file));
+  TONUS_TRY(table.require({"name", "type", "units"}));
   std::error_code ignored;
-  auto json = std::filesystem::exists(json_file, ignored) ? JsonFile::read(json_file)
-                                                          : Result<JsonFile>(JsonFile(json_file));
-  if (!json) return json.error();
+  TONUS_TRY_ASSIGN(auto json, std::filesystem::exists(json_file, ignored)
+                                  ? JsonFile::read(json_file)
+                                  : Result<JsonFile>(JsonFile(json_file)));
 
-  const ChannelTable channels(std::move(*table));
+  const ChannelTable channels(std::move(table));
   std::vector<Column> columns(channels.size(), Column::kIgnored);
-  if (auto read = read_posture(*json, recording); !read) return read.error();
-  if (auto chosen = choose(channels, *json, table_file, recording, columns); !chosen) return chosen.error();
-  if (auto assigned = assign_commanded(channels, recording, columns); !assigned) return assigned.error();
+  TONUS_TRY(read_posture(json, recording));
+  TONUS_TRY(choose(channels, json, table_file, recording, columns));
+  TONUS_TRY(assign_commanded(channels, recording, columns));
   if (const auto phase = channels.find("phase")) columns[*phase] = Column::kPhase;
   return columns;
 }

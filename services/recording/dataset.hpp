@@ -63,7 +63,7 @@ struct WriteOptions {
 /// leaves nothing. Converted channels with scales or offsets of their own are written as convert() gives
 /// them.
 ///
-/// kAlreadyExists: `root` is there already. kInvalidArgument: two recordings share their labels, a label is
+/// kAlreadyExists: `root` already exists. kInvalidArgument: two recordings share their labels, a label is
 /// empty or has other than letters and digits, or rows and commanded displacements differ in number. kIo: the
 /// disk.
 [[nodiscard]] Result<void> write_dataset(const std::filesystem::path& root,

@@ -53,18 +53,14 @@ std::vector<fs::path> motion_files(const fs::path& root) {
 }
 
 Result<void> read_motion_json(const fs::path& file, Recording& recording) {
-  const auto json = JsonFile::read(file);
-  if (!json) return json.error();
-  const auto frequency = json->number("SamplingFrequency");
-  if (!frequency) return frequency.error();
-  if (!(*frequency > 0.0) || *frequency > kFastestSampling) {
-    return json->refuse("SamplingFrequency",
-                        fmt::format("more than 0 and up to {} Hz is needed", kFastestSampling));
+  TONUS_TRY_ASSIGN(const auto json, JsonFile::read(file));
+  TONUS_TRY_ASSIGN(const auto frequency, json.number("SamplingFrequency"));
+  if (!(frequency > 0.0) || frequency > kFastestSampling) {
+    return json.refuse("SamplingFrequency", fmt::format("more than 0 and up to {} Hz", kFastestSampling));
   }
-  const auto description = json->text("TaskDescription", "");
-  if (!description) return description.error();
-  recording.sampling_frequency = *frequency;
-  recording.task_description = *description;
+  TONUS_TRY_ASSIGN(const auto description, json.text("TaskDescription", ""));
+  recording.sampling_frequency = frequency;
+  recording.task_description = description;
   return {};
 }
 
@@ -86,15 +82,14 @@ Result<void> check_root(const fs::path& root) {
   if (!fs::is_directory(root, error)) {
     return fail(
         ErrorCode::kNotFound,
-        fmt::format("dataset '{}': no such folder: the root of a BIDS dataset is needed", root.string()));
+        fmt::format("dataset '{}': no such folder; expected the root of a BIDS dataset", root.string()));
   }
   if (!is_file(root / "dataset_description.json")) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("dataset '{}': is not a BIDS dataset: dataset_description.json is missing",
                             root.string()));
   }
-  if (const auto description = JsonFile::read(root / "dataset_description.json"); !description)
-    return description.error();
+  TONUS_TRY(JsonFile::read(root / "dataset_description.json"));
   return {};
 }
 
@@ -102,9 +97,10 @@ Result<void> take_participant(const fs::path& file, const std::map<std::string, 
                               Recording& header) {
   const auto known = participants.find(header.participant.id);
   if (known == participants.end()) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: participant '{}' is missing: the dataset has its recordings", file.string(),
-                            header.participant.id));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}: participant '{}' is missing; expected a row, as the dataset has recordings of it",
+                    file.string(), header.participant.id));
   }
   header.participant = known->second;
   return {};
@@ -131,17 +127,13 @@ std::size_t Dataset::runs() const { return runs_.size(); }
 Result<Dataset::Run> Dataset::open_run(const fs::path& motion_file) {
   Run run;
   run.motion_file = motion_file;
-  if (auto taken = take_labels(motion_file, run.header); !taken) return taken.error();
+  TONUS_TRY(take_labels(motion_file, run.header));
   std::string stem = motion_file.string();
   stem.erase(stem.size() - kMotionSuffix.size());
-  if (auto read = read_motion_json(stem + "_motion.json", run.header); !read) return read.error();
-  auto columns = read_channels(stem, run.header);
-  if (!columns) return columns.error();
-  run.columns = std::move(*columns);
+  TONUS_TRY(read_motion_json(stem + "_motion.json", run.header));
+  TONUS_TRY_ASSIGN(run.columns, read_channels(stem, run.header));
   if (const auto file = events_file(motion_file, stem, run.header)) {
-    auto events = EventTable::read(*file);
-    if (!events) return events.error();
-    run.events = std::move(*events);
+    TONUS_TRY_ASSIGN(run.events, EventTable::read(*file));
   }
   return run;
 }
@@ -157,7 +149,7 @@ Result<void> Dataset::number_trials(std::vector<Run>& runs) {
     for (const std::int64_t trial : run.events->trials()) {
       if (trials_of(run).insert(trial).second) continue;
       return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("events of {}: trial {} is there twice: a number may stand once in a session",
+                  fmt::format("events of {}: trial {} occurs twice; expected once in a session",
                               describe(run.header), trial));
     }
   }
@@ -171,18 +163,17 @@ Result<void> Dataset::number_trials(std::vector<Run>& runs) {
 }
 
 Result<Dataset> Dataset::open(const fs::path& root) {
-  if (auto good = check_root(root); !good) return good.error();
+  TONUS_TRY(check_root(root));
   const std::vector<fs::path> files = motion_files(root);
   if (files.empty()) {
     return fail(ErrorCode::kNotFound,
-                fmt::format("dataset '{}': has no recording: sub-*/[ses-*/]motion/*_motion.tsv is needed",
+                fmt::format("dataset '{}': has no recording; expected sub-*/[ses-*/]motion/*_motion.tsv",
                             root.string()));
   }
   std::vector<Run> runs;
   for (const fs::path& file : files) {
-    auto run = open_run(file);
-    if (!run) return run.error();
-    runs.push_back(std::move(*run));
+    TONUS_TRY_ASSIGN(auto run, open_run(file));
+    runs.push_back(std::move(run));
   }
   const auto labels = [](const Recording& header) {
     return std::tie(header.participant.id, header.session, header.task, header.acquisition, header.run,
@@ -191,35 +182,31 @@ Result<Dataset> Dataset::open(const fs::path& root) {
   std::stable_sort(runs.begin(), runs.end(),
                    [&labels](const Run& a, const Run& b) { return labels(a.header) < labels(b.header); });
   if (const fs::path file = root / "participants.tsv"; is_file(file)) {
-    const auto participants = read_participants(file);
-    if (!participants) return participants.error();
+    TONUS_TRY_ASSIGN(const auto participants, read_participants(file));
     for (Run& run : runs) {
-      if (auto taken = take_participant(file, *participants, run.header); !taken) return taken.error();
+      TONUS_TRY(take_participant(file, participants, run.header));
     }
   }
-  if (auto numbered = number_trials(runs); !numbered) return numbered.error();
+  TONUS_TRY(number_trials(runs));
   return Dataset(std::move(runs));
 }
 
 Result<Recording> Dataset::read(std::size_t index) const {
   const Run& run = runs_[index];
   Recording recording = run.header;
-  if (auto read = read_rows(run.motion_file, run.columns, recording); !read) return read.error();
+  TONUS_TRY(read_rows(run.motion_file, run.columns, recording));
   if (!run.events) {
     recording.events.push_back(whole_record(recording, run.whole_trial));
     return recording;
   }
-  auto events = run.events->events(recording);
-  if (!events) return events.error();
-  recording.events = std::move(*events);
+  TONUS_TRY_ASSIGN(recording.events, run.events->events(recording));
   return recording;
 }
 
 Result<std::vector<Recording>> read_dataset(const fs::path& root) {
-  const auto dataset = Dataset::open(root);
-  if (!dataset) return dataset.error();
-  std::vector<std::optional<Result<Recording>>> runs(dataset->runs());
-  for_each_in_parallel(runs.size(), [&](std::size_t i) { runs[i] = dataset->read(i); });
+  TONUS_TRY_ASSIGN(const auto dataset, Dataset::open(root));
+  std::vector<std::optional<Result<Recording>>> runs(dataset.runs());
+  for_each_in_parallel(runs.size(), [&](std::size_t i) { runs[i] = dataset.read(i); });
   std::vector<Recording> recordings;
   for (auto& run : runs) {
     if (!*run) return run->error();

@@ -92,16 +92,16 @@ Result<void> check(const Recording& recording) {
     return fail(ErrorCode::kInvalidArgument, "recording " + describe(recording) + ": " + reason);
   };
   if (!(recording.sampling_frequency > 0.0)) {
-    return refuse(fmt::format("sampling frequency {} Hz is not allowed: more than 0 is needed",
+    return refuse(fmt::format("sampling frequency {} Hz is not allowed; expected more than 0",
                               recording.sampling_frequency));
   }
-  if (recording.rows.empty()) return refuse("has no row: one is needed");
+  if (recording.rows.empty()) return refuse("has no row; expected one");
   if (!recording.commanded.empty() && recording.commanded.size() != recording.rows.size()) {
-    return refuse(fmt::format("{} commanded displacements are not allowed: {} are needed, one for each row",
+    return refuse(fmt::format("{} commanded displacements are not allowed; expected {}, one for each row",
                               recording.commanded.size(), recording.rows.size()));
   }
   if (!recording.phases.empty() && recording.phases.size() != recording.rows.size()) {
-    return refuse(fmt::format("{} phases are not allowed: {} are needed, one for each row",
+    return refuse(fmt::format("{} phases are not allowed; expected {}, one for each row",
                               recording.phases.size(), recording.rows.size()));
   }
   for (const Row& row : recording.rows) {
@@ -158,14 +158,12 @@ constexpr const char* kReadme =
     "perturbation.\n";
 
 Result<void> write_run(const fs::path& root, const Recording& recording, const WriteOptions& options) {
-  const auto stem_name = run_stem(recording);
-  if (!stem_name) return stem_name.error();
-  const auto events_name = run_stem(recording, false);
-  if (!events_name) return events_name.error();
+  TONUS_TRY_ASSIGN(const auto stem_name, run_stem(recording));
+  TONUS_TRY_ASSIGN(const auto events_name, run_stem(recording, false));
   const fs::path folder = root / run_folder(recording);
-  if (auto made = make_folder(folder); !made) return made;
-  const std::string stem = (folder / *stem_name).string();
-  const std::string events_stem = (folder / *events_name).string();
+  TONUS_TRY(make_folder(folder));
+  const std::string stem = (folder / stem_name).string();
+  const std::string events_stem = (folder / events_name).string();
   const std::vector<Channel> channels = channels_of(recording, options.with_converted);
   const std::pair<std::string, std::string> files[] = {
       {stem + "_motion.tsv", rows_text(recording, options.with_converted)},
@@ -176,7 +174,7 @@ Result<void> write_run(const fs::path& root, const Recording& recording, const W
       {events_stem + "_events.json", events_json()},
   };
   for (const auto& [path, text] : files) {
-    if (auto written = create_text_file(path, text); !written) return written;
+    TONUS_TRY(create_text_file(path, text));
   }
   return {};
 }
@@ -187,15 +185,14 @@ Result<void> write_all(const fs::path& root, const std::vector<Recording>& recor
   std::vector<Participant> participants;
   for (const Recording& given : recordings) {
     const Recording recording = as_written(given);
-    if (auto good = check(recording); !good) return good;
-    const auto stem = run_stem(recording, false);
-    if (!stem) return stem.error();
-    if (!stems.insert(*stem).second) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("recording {}: labels '{}' are there twice: they may stand once",
-                              describe(recording), *stem));
+    TONUS_TRY(check(recording));
+    TONUS_TRY_ASSIGN(const auto stem, run_stem(recording, false));
+    if (!stems.insert(stem).second) {
+      return fail(
+          ErrorCode::kInvalidArgument,
+          fmt::format("recording {}: labels '{}' occur twice; expected once", describe(recording), stem));
     }
-    if (auto written = write_run(root, recording, options); !written) return written;
+    TONUS_TRY(write_run(root, recording, options));
     const bool is_known =
         std::any_of(participants.begin(), participants.end(),
                     [&](const Participant& known) { return known.id == recording.participant.id; });
@@ -208,11 +205,11 @@ Result<void> write_all(const fs::path& root, const std::vector<Recording>& recor
       {"README", kReadme},
   };
   for (const auto& [name, text] : files) {
-    if (auto written = create_text_file(root / name, text); !written) return written;
+    TONUS_TRY(create_text_file(root / name, text));
   }
   for (const auto& [name, text] : options.further_files) {
-    if (auto made = make_folder((root / name).parent_path()); !made) return made;
-    if (auto written = create_text_file(root / name, text); !written) return written;
+    TONUS_TRY(make_folder((root / name).parent_path()));
+    TONUS_TRY(create_text_file(root / name, text));
   }
   return {};
 }
@@ -223,22 +220,21 @@ Result<void> write_dataset(const fs::path& root, const std::vector<Recording>& r
                            const WriteOptions& options) {
   if (recordings.empty()) {
     return fail(ErrorCode::kInvalidArgument,
-                "dataset '" + root.string() + "': no recording given: one is needed");
+                "dataset '" + root.string() + "': no recording given; expected one");
   }
   std::error_code error;
   fs::path target = fs::absolute(root, error).lexically_normal();
   if (!target.has_filename()) target = target.parent_path();
   if (fs::exists(fs::symlink_status(target, error))) {
-    return fail(ErrorCode::kAlreadyExists,
-                "dataset '" + root.string() + "': is there already: a path that does not exist is needed");
+    return fail(ErrorCode::kAlreadyExists, "dataset '" + root.string() + "': already exists; use a new path");
   }
   if (!fs::is_directory(target.parent_path(), error)) {
     return fail(ErrorCode::kNotFound, "dataset '" + root.string() + "': its parent folder does not exist");
   }
   TemporaryFolder partial(target.string() + fmt::format(".partial-{}", ::getpid()));
   fs::remove_all(partial.path(), error);
-  if (auto made = make_folder(partial.path()); !made) return made;
-  if (auto written = write_all(partial.path(), recordings, options); !written) return written;
+  TONUS_TRY(make_folder(partial.path()));
+  TONUS_TRY(write_all(partial.path(), recordings, options));
   return partial.rename_to(target);
 }
 

@@ -19,7 +19,7 @@ Result<void> check_trial(const Table& table, std::size_t row, const std::optiona
                          const Recording& recording) {
   if (!trial_onset && !trial_duration) return {};
   if (!trial_onset || !trial_duration)
-    return table.refuse(row, trial_onset ? "trial_duration_s" : "trial_onset_s", "both or none are needed");
+    return table.refuse(row, trial_onset ? "trial_duration_s" : "trial_onset_s", "both or none");
   const double half_sample = 0.5 / recording.sampling_frequency;
   const double end = *trial_onset + *trial_duration;
   if (*trial_onset >= 0.0 && *trial_duration > 0.0 && end <= record_duration_s(recording) + half_sample &&
@@ -27,8 +27,7 @@ Result<void> check_trial(const Table& table, std::size_t row, const std::optiona
     return {};
   }
   return table.refuse(row, "trial_onset_s",
-                      fmt::format("a trial that holds the onset {} s and lies within the record's {} s is "
-                                  "needed",
+                      fmt::format("a trial that holds the onset {} s and lies within the record's {} s",
                                   onset, record_duration_s(recording)));
 }
 
@@ -42,49 +41,38 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
   const double half_sample = 0.5 / recording.sampling_frequency;
   if (*onset + *duration > record_duration_s(recording) + half_sample) {
     return table.refuse(row, "duration",
-                        fmt::format("onset {} s and duration must end within the record's {} s", *onset,
+                        fmt::format("an end within the record's {1} s, from the onset at {0} s", *onset,
                                     record_duration_s(recording)));
   }
-  const auto set = table.whole_number(row, "set", 1);
-  if (!set) return set.error();
-  const auto direction = table.number_or_nothing(row, "direction_deg");
-  if (!direction) return direction.error();
-  const auto amplitude = table.number_or_nothing(row, "amplitude_m");
-  if (!amplitude) return amplitude.error();
-  const auto rise_time = table.number_or_nothing(row, "rise_time_s");
-  if (!rise_time) return rise_time.error();
-  const auto bias_x = table.number_or_nothing(row, "bias_x_N");
-  if (!bias_x) return bias_x.error();
-  const auto bias_y = table.number_or_nothing(row, "bias_y_N");
-  if (!bias_y) return bias_y.error();
-  const auto bias_hold = table.number_or_nothing(row, "bias_hold_s");
-  if (!bias_hold) return bias_hold.error();
-  const auto bias_threshold = table.number_or_nothing(row, "bias_threshold_N");
-  if (!bias_threshold) return bias_threshold.error();
-  const auto trial_onset = table.number_or_nothing(row, "trial_onset_s");
-  if (!trial_onset) return trial_onset.error();
-  const auto trial_duration = table.number_or_nothing(row, "trial_duration_s");
-  if (!trial_duration) return trial_duration.error();
-  if (auto good = check_trial(table, row, *trial_onset, *trial_duration, *onset, recording); !good)
-    return good.error();
+  TONUS_TRY_ASSIGN(const auto set, table.whole_number(row, "set", 1));
+  TONUS_TRY_ASSIGN(const auto direction, table.number_or_nothing(row, "direction_deg"));
+  TONUS_TRY_ASSIGN(const auto amplitude, table.number_or_nothing(row, "amplitude_m"));
+  TONUS_TRY_ASSIGN(const auto rise_time, table.number_or_nothing(row, "rise_time_s"));
+  TONUS_TRY_ASSIGN(const auto bias_x, table.number_or_nothing(row, "bias_x_N"));
+  TONUS_TRY_ASSIGN(const auto bias_y, table.number_or_nothing(row, "bias_y_N"));
+  TONUS_TRY_ASSIGN(const auto bias_hold, table.number_or_nothing(row, "bias_hold_s"));
+  TONUS_TRY_ASSIGN(const auto bias_threshold, table.number_or_nothing(row, "bias_threshold_N"));
+  TONUS_TRY_ASSIGN(const auto trial_onset, table.number_or_nothing(row, "trial_onset_s"));
+  TONUS_TRY_ASSIGN(const auto trial_duration, table.number_or_nothing(row, "trial_duration_s"));
+  TONUS_TRY(check_trial(table, row, trial_onset, trial_duration, *onset, recording));
   const std::string_view valid = table.cell(row, "valid");
   if (valid != "true" && valid != "false" && valid != "n/a") {
-    return table.refuse(row, "valid", "true, false or n/a is needed");
+    return table.refuse(row, "valid", "true, false or n/a");
   }
   event.onset_s = *onset;
   event.duration_s = *duration;
-  event.set = *set;
-  event.direction_deg = *direction;
-  event.amplitude_m = *amplitude;
-  event.rise_time_s = *rise_time;
-  event.bias_N = {bias_x->value_or(0.0), bias_y->value_or(0.0)};
+  event.set = set;
+  event.direction_deg = direction;
+  event.amplitude_m = amplitude;
+  event.rise_time_s = rise_time;
+  event.bias_N = {bias_x.value_or(0.0), bias_y.value_or(0.0)};
   event.is_valid = valid != "false";
   event.reason = table.text(row, "reason");
   event.instruction = table.text(row, "instruction");
-  event.bias_hold_s = *bias_hold;
-  event.bias_threshold_N = *bias_threshold;
-  event.trial_onset_s = *trial_onset;
-  event.trial_duration_s = *trial_duration;
+  event.bias_hold_s = bias_hold;
+  event.bias_threshold_N = bias_threshold;
+  event.trial_onset_s = trial_onset;
+  event.trial_duration_s = trial_duration;
   return event;
 }
 
@@ -108,21 +96,19 @@ std::string one_cell(std::string text) {
 }  // namespace
 
 Result<EventTable> EventTable::read(const std::filesystem::path& file) {
-  auto table = Table::read(file);
-  if (!table) return table.error();
-  EventTable events(std::move(*table));
+  TONUS_TRY_ASSIGN(auto table, Table::read(file));
+  EventTable events(std::move(table));
   const Table& cells = events.table_;
-  if (auto complete = cells.require({"onset", "duration"}); !complete) return complete.error();
+  TONUS_TRY(cells.require({"onset", "duration"}));
   for (std::size_t row = 0; row < cells.rows(); ++row) {
     if (cells.has("trial_type") && cells.cell(row, "trial_type") != "perturbation") continue;
-    const auto trial = cells.whole_number(row, "trial", static_cast<std::int64_t>(row) + 1);
-    if (!trial) return trial.error();
+    TONUS_TRY_ASSIGN(const auto trial, cells.whole_number(row, "trial", static_cast<std::int64_t>(row) + 1));
     events.rows_.push_back(row);
-    events.trials_.push_back(*trial);
+    events.trials_.push_back(trial);
   }
   if (events.rows_.empty()) {
     return fail(ErrorCode::kInvalidArgument,
-                file.string() + ": has no row of trial_type perturbation: one is needed");
+                file.string() + ": has no row of trial_type perturbation; expected one");
   }
   return events;
 }
@@ -130,10 +116,9 @@ Result<EventTable> EventTable::read(const std::filesystem::path& file) {
 Result<std::vector<PerturbationEvent>> EventTable::events(const Recording& recording) const {
   std::vector<PerturbationEvent> events;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    auto event = read_event(table_, rows_[i], recording);
-    if (!event) return event.error();
-    event->trial = trials_[i];
-    events.push_back(std::move(*event));
+    TONUS_TRY_ASSIGN(auto event, read_event(table_, rows_[i], recording));
+    event.trial = trials_[i];
+    events.push_back(std::move(event));
   }
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.onset_s < b.onset_s; });

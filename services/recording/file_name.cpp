@@ -21,7 +21,8 @@ bool is_label(std::string_view text) {
 
 Result<void> take_labels(const std::filesystem::path& motion_file, Recording& recording) {
   const auto refuse = [&motion_file](const std::string& reason) {
-    return fail(ErrorCode::kInvalidArgument, motion_file.string() + ": file name is not allowed: " + reason);
+    return fail(ErrorCode::kInvalidArgument,
+                motion_file.string() + ": file name is not allowed; expected " + reason);
   };
   const std::string name = motion_file.filename().string();
   std::string_view rest(name);
@@ -38,7 +39,7 @@ Result<void> take_labels(const std::filesystem::path& motion_file, Recording& re
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     const std::size_t hyphen = part.find('-');
     if (hyphen == std::string_view::npos || !is_label(part.substr(hyphen + 1))) {
-      return refuse(fmt::format("'{}' is not of the form entity-label", part));
+      return refuse(fmt::format("parts of the form entity-label, not '{}'", part));
     }
     const std::string_view entity = part.substr(0, hyphen);
     const std::string_view label = part.substr(hyphen + 1);
@@ -50,13 +51,13 @@ Result<void> take_labels(const std::filesystem::path& motion_file, Recording& re
     if (entity == "run") {
       const auto parsed = std::from_chars(label.data(), label.data() + label.size(), recording.run);
       if (parsed.ec != std::errc{} || parsed.ptr != label.data() + label.size()) {
-        return refuse(fmt::format("run '{}' is not a whole number", label));
+        return refuse(fmt::format("a whole number as run, not '{}'", label));
       }
     }
   }
-  if (recording.participant.id.empty()) return refuse("sub-<label> is needed");
-  if (recording.task.empty()) return refuse("task-<label> is needed");
-  if (recording.tracking_system.empty()) return refuse("tracksys-<label> is needed");
+  if (recording.participant.id.empty()) return refuse("sub-<label>");
+  if (recording.task.empty()) return refuse("task-<label>");
+  if (recording.tracking_system.empty()) return refuse("tracksys-<label>");
   return {};
 }
 
@@ -66,18 +67,18 @@ std::filesystem::path run_folder(const Recording& recording) {
 
 Result<std::string> run_stem(const Recording& recording, bool with_tracking_system) {
   const auto refuse = [&recording](const char* what, std::string_view value, const char* allowed) {
-    return fail(ErrorCode::kInvalidArgument, fmt::format("recording {}: {} '{}' is not allowed: {}",
+    return fail(ErrorCode::kInvalidArgument, fmt::format("recording {}: {} '{}' is not allowed; expected {}",
                                                          describe(recording), what, value, allowed));
   };
   const auto is_prefixed = [](std::string_view text, std::string_view prefix) {
     return text.starts_with(prefix) && is_label(text.substr(prefix.size()));
   };
-  constexpr const char* kAllowed = "letters and digits are needed";
+  constexpr const char* kAllowed = "letters and digits";
   if (!is_prefixed(recording.participant.id, "sub-")) {
-    return refuse("participant", recording.participant.id, "'sub-' with letters and digits is needed");
+    return refuse("participant", recording.participant.id, "'sub-' with letters and digits");
   }
   if (!recording.session.empty() && !is_prefixed(recording.session, "ses-")) {
-    return refuse("session", recording.session, "'ses-' with letters and digits is needed");
+    return refuse("session", recording.session, "'ses-' with letters and digits");
   }
   if (!is_label(recording.task)) return refuse("task", recording.task, kAllowed);
   if (!is_label(recording.tracking_system))
@@ -85,7 +86,7 @@ Result<std::string> run_stem(const Recording& recording, bool with_tracking_syst
   if (!recording.acquisition.empty() && !is_label(recording.acquisition)) {
     return refuse("acquisition", recording.acquisition, kAllowed);
   }
-  if (recording.run < 1) return refuse("run", std::to_string(recording.run), "1 or more is needed");
+  if (recording.run < 1) return refuse("run", std::to_string(recording.run), "1 or more");
 
   std::string stem = recording.participant.id;
   if (!recording.session.empty()) stem += "_" + recording.session;

@@ -32,20 +32,19 @@ std::optional<std::vector<double>> finite_numbers(const nlohmann::json& value, s
 }  // namespace
 
 Result<JsonFile> JsonFile::read(const std::filesystem::path& file) {
-  const auto text = read_unmarked(file);
-  if (!text) return text.error();
+  TONUS_TRY_ASSIGN(const auto text, read_unmarked(file));
   JsonFile json(file);
   try {
     // Deeper values than any of ours are left out, so that nobody's nesting exhausts the stack.
     json.root_ = nlohmann::json::parse(
-        *text, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < kDeepest; });
+        text, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < kDeepest; });
   } catch (const nlohmann::json::exception& exception) {
     std::string reason = exception.what();
     if (const std::size_t place = reason.find("] "); place != std::string::npos) reason.erase(0, place + 2);
     return fail(ErrorCode::kInvalidArgument, file.string() + ": is not JSON: " + reason);
   }
   if (!json.root_.is_object()) {
-    return fail(ErrorCode::kInvalidArgument, file.string() + ": is not allowed: a JSON object is needed");
+    return fail(ErrorCode::kInvalidArgument, file.string() + ": is not allowed; expected a JSON object");
   }
   return json;
 }
@@ -67,15 +66,14 @@ Result<double> JsonFile::number(std::string_view key, std::optional<double> fall
   const nlohmann::json* value = find(key);
   if (value == nullptr && fallback) return *fallback;
   const auto number = value == nullptr ? std::optional<double>() : finite_number(*value);
-  if (!number) return refuse(key, "a number is needed");
+  if (!number) return refuse(key, "a number");
   return *number;
 }
 
 Result<std::vector<double>> JsonFile::numbers(std::string_view key, std::size_t count) const {
   const nlohmann::json* value = find(key);
   auto numbers = value == nullptr ? std::optional<std::vector<double>>() : finite_numbers(*value, count);
-  if (!numbers)
-    return refuse(key, fmt::format("an array of {} number{} is needed", count, count == 1 ? "" : "s"));
+  if (!numbers) return refuse(key, fmt::format("an array of {} number{}", count, count == 1 ? "" : "s"));
   return *std::move(numbers);
 }
 
@@ -89,8 +87,7 @@ Result<std::vector<double>> JsonFile::matrix(std::string_view key, std::size_t s
     }
   }
   if (elements.size() != size * size) {
-    return refuse(
-        key, fmt::format("an array of {0} row{1} of {0} number{1} is needed", size, size == 1 ? "" : "s"));
+    return refuse(key, fmt::format("an array of {0} row{1} of {0} number{1}", size, size == 1 ? "" : "s"));
   }
   return elements;
 }
@@ -98,7 +95,7 @@ Result<std::vector<double>> JsonFile::matrix(std::string_view key, std::size_t s
 Result<std::string> JsonFile::text(std::string_view key, std::string_view fallback) const {
   const nlohmann::json* value = find(key);
   if (value == nullptr) return std::string(fallback);
-  if (!value->is_string()) return refuse(key, "a text is needed");
+  if (!value->is_string()) return refuse(key, "a text");
   return value->get<std::string>();
 }
 
@@ -106,13 +103,13 @@ Error JsonFile::refuse(std::string_view key, std::string_view allowed) const {
   const nlohmann::json* value = find(key);
   if (value == nullptr) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: {} is missing: {}", file_.string(), key, allowed));
+                fmt::format("{}: {} is missing; expected {}", file_.string(), key, allowed));
   }
   constexpr std::size_t kLongest = 60;
   std::string shown = value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   if (shown.size() > kLongest) shown = shown.substr(0, kLongest) + "...";
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{}: {} = {} is not allowed: {}", file_.string(), key, shown, allowed));
+              fmt::format("{}: {} = {} is not allowed; expected {}", file_.string(), key, shown, allowed));
 }
 
 }  // namespace tonus::recording

@@ -28,8 +28,8 @@ class LineReader {
   std::filesystem::path path_;
   RegularFile file_;
   std::string buffer_;
-  std::size_t given_ = 0;   // octets of the buffer that have been handed out
-  std::size_t filled_ = 0;  // octets of the buffer that the file has filled
+  std::size_t given_ = 0;   // bytes of the buffer that have been handed out
+  std::size_t filled_ = 0;  // bytes of the buffer that the file has filled
   bool is_first_ = true;
 };
 

@@ -98,7 +98,7 @@ class RowParser {
     }
     const std::string_view cell(place_, static_cast<std::size_t>(cell_end() - place_));
     if (cell != kNothing) {
-      error_ = refuse_cell(file_, line_, std::to_string(column + 1), cell, "a number or n/a is needed");
+      error_ = refuse_cell(file_, line_, std::to_string(column + 1), cell, "a number or n/a");
       return false;
     }
     value = 0.0;
@@ -124,16 +124,16 @@ class RowParser {
   bool refuse_count(std::size_t cells) {
     error_ =
         fail(ErrorCode::kInvalidArgument,
-             fmt::format(
-                 "{}:{}: {}{} cells are not allowed: {} are needed, one for each line of _channels.tsv",
-                 file_.string(), line_, cells, cells > columns_.size() ? " or more" : "", columns_.size()));
+             fmt::format("{}:{}: {}{} cells are not allowed; expected {}, one for each line of _channels.tsv",
+                         file_.string(), line_, cells, cells > columns_.size() ? " or more" : "",
+                         columns_.size()));
     return false;
   }
 
   bool refuse_phase() {
     const auto column = std::find(columns_.begin(), columns_.end(), Column::kPhase) - columns_.begin();
     error_ = refuse_cell(file_, line_, std::to_string(column + 1), std::to_string(value(Column::kPhase)),
-                         "a whole number from 0 to 7 is needed");
+                         "a whole number from 0 to 7");
     return false;
   }
 
@@ -151,23 +151,21 @@ class RowParser {
 
 Result<void> read_rows(const std::filesystem::path& file, const std::vector<Column>& columns,
                        Recording& recording) {
-  auto reader = LineReader::open(file);
-  if (!reader) return reader.error();
+  TONUS_TRY_ASSIGN(auto reader, LineReader::open(file));
   const bool has_commanded = std::find(columns.begin(), columns.end(), Column::kCommanded0) != columns.end();
   const bool has_phases = std::find(columns.begin(), columns.end(), Column::kPhase) != columns.end();
   RowParser parser(file, columns);
   while (true) {
-    const auto lines = reader->next();
-    if (!lines) return lines.error();
-    if (lines->empty()) break;
+    TONUS_TRY_ASSIGN(const auto lines, reader.next());
+    if (lines.empty()) break;
     if (recording.rows.empty()) {
       constexpr std::size_t kShortestLine = 16;  // a first line of n/a says little of the others
-      const std::size_t rows = reader->size() / std::max(lines->find('\n') + 1, kShortestLine) + 1;
+      const std::size_t rows = reader.size() / std::max(lines.find('\n') + 1, kShortestLine) + 1;
       recording.rows.reserve(rows);
       if (has_commanded) recording.commanded.reserve(rows);
       if (has_phases) recording.phases.reserve(rows);
     }
-    parser.take(*lines);
+    parser.take(lines);
     while (!parser.is_at_end()) {
       if (!parser.parse()) return parser.error();
       Row& row = recording.rows.emplace_back();
@@ -185,7 +183,7 @@ Result<void> read_rows(const std::filesystem::path& file, const std::vector<Colu
     }
   }
   if (recording.rows.empty())
-    return fail(ErrorCode::kInvalidArgument, file.string() + ": is empty: a row is needed");
+    return fail(ErrorCode::kInvalidArgument, file.string() + ": is empty; expected a row");
   return {};
 }
 

@@ -46,21 +46,19 @@ bool is_known(const std::vector<Participant>& participants, const ColumnType& co
 }  // namespace
 
 Result<std::map<std::string, Participant>> read_participants(const std::filesystem::path& file) {
-  const auto table = Table::read(file);
-  if (!table) return table.error();
-  if (auto complete = table->require({"participant_id"}); !complete) return complete.error();
+  TONUS_TRY_ASSIGN(const auto table, Table::read(file));
+  TONUS_TRY(table.require({"participant_id"}));
   std::map<std::string, Participant> participants;
-  for (std::size_t row = 0; row < table->rows(); ++row) {
+  for (std::size_t row = 0; row < table.rows(); ++row) {
     Participant participant;
-    participant.id = table->cell(row, "participant_id");
+    participant.id = table.cell(row, "participant_id");
     for (const NumberColumn& column : kNumberColumns) {
-      const auto number = table->number_or_nothing(row, column.name);
-      if (!number) return number.error();
-      participant.*column.member = *number;
+      TONUS_TRY_ASSIGN(const auto number, table.number_or_nothing(row, column.name));
+      participant.*column.member = number;
     }
-    for (const TextColumn& column : kTextColumns) participant.*column.member = table->text(row, column.name);
+    for (const TextColumn& column : kTextColumns) participant.*column.member = table.text(row, column.name);
     if (!participants.emplace(participant.id, participant).second) {
-      return table->refuse(row, "participant_id", "a participant may stand once");
+      return table.refuse(row, "participant_id", "each participant once");
     }
   }
   return participants;

@@ -14,7 +14,7 @@ constexpr double kRestBefore = 1.0;  // s, more than the conversion to a trial u
 Result<void> state_force_sign(Recording& recording, int sign) {
   if (sign != 1 && sign != -1) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("force sign {} is not allowed: it is +1 or -1", sign));
+                fmt::format("force sign {} is not allowed; expected +1 or -1", sign));
   }
   if (recording.is_raw || recording.rig.kind != RigKind::kOneAxis) {
     return fail(

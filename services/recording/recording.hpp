@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "services/core/result.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 /// Recordings as the files of a BIDS Motion dataset hold them, and as replay, import and off-line
 /// identification take them. Nothing here is for a realtime thread.

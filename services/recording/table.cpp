@@ -29,7 +29,7 @@ Error refuse_cell(const std::filesystem::path& file, std::size_t line, std::stri
   constexpr std::size_t kLongest = 40;
   const std::string shown =
       value.size() > kLongest ? std::string(value.substr(0, kLongest)) + "..." : std::string(value);
-  return fail(ErrorCode::kInvalidArgument, fmt::format("{}:{}: column '{}': '{}' is not allowed: {}",
+  return fail(ErrorCode::kInvalidArgument, fmt::format("{}:{}: column '{}': '{}' is not allowed; expected {}",
                                                        file.string(), line, column, shown, allowed));
 }
 
@@ -41,11 +41,10 @@ std::optional<double> parse_number(std::string_view cell) {
 }
 
 Result<Table> Table::read(const std::filesystem::path& file) {
-  auto text = read_unmarked(file);
-  if (!text) return text.error();
+  TONUS_TRY_ASSIGN(auto text, read_unmarked(file));
   Table table;
   table.file_ = file;
-  std::string_view rest = *text;
+  std::string_view rest = text;
   for (std::size_t line_number = 1; !rest.empty(); ++line_number) {
     const std::size_t end = rest.find('\n');
     std::string_view line = rest.substr(0, end);
@@ -65,13 +64,12 @@ Result<Table> Table::read(const std::filesystem::path& file) {
     table.rows_.push_back(std::move(cells));
   }
   if (table.columns_.empty()) {
-    return fail(ErrorCode::kInvalidArgument, file.string() + ": is empty: a header line is needed");
+    return fail(ErrorCode::kInvalidArgument, file.string() + ": is empty; expected a header line");
   }
   for (auto column = table.columns_.begin(); column != table.columns_.end(); ++column) {
     if (std::find(table.columns_.begin(), column, *column) != column) {
-      return fail(
-          ErrorCode::kInvalidArgument,
-          fmt::format("{}:1: column '{}' is there twice: a name may stand once", file.string(), *column));
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("{}:1: column '{}' occurs twice; expected once", file.string(), *column));
     }
   }
   return table;
@@ -80,8 +78,9 @@ Result<Table> Table::read(const std::filesystem::path& file) {
 Result<void> Table::require(const std::vector<std::string_view>& needed) const {
   for (const std::string_view column : needed) {
     if (has(column)) continue;
-    return fail(ErrorCode::kInvalidArgument, fmt::format("{}:1: column '{}' is missing: needed are {}",
-                                                         file_.string(), column, fmt::join(needed, ", ")));
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("{}:1: column '{}' is missing; expected the columns {}", file_.string(), column,
+                            fmt::join(needed, ", ")));
   }
   return {};
 }
@@ -106,7 +105,7 @@ Result<std::optional<double>> Table::number_or_nothing(std::size_t row, std::str
   const std::string_view value = cell(row, column);
   if (value == kNothing) return std::optional<double>();
   const auto number = parse_number(value);
-  if (!number) return refuse(row, column, "a number or n/a is needed");
+  if (!number) return refuse(row, column, "a number or n/a");
   return number;
 }
 
@@ -115,7 +114,7 @@ Result<double> Table::number(std::size_t row, std::string_view column, double mi
   if (fallback && cell(row, column) == kNothing) return *fallback;
   const auto number = parse_number(cell(row, column));
   if (!number || *number < minimum)
-    return refuse(row, column, fmt::format("a number of at least {} is needed", minimum));
+    return refuse(row, column, fmt::format("a number of at least {}", minimum));
   return *number;
 }
 
@@ -126,7 +125,7 @@ Result<std::int64_t> Table::whole_number(std::size_t row, std::string_view colum
   std::int64_t number = 0;
   const auto parsed = std::from_chars(value.data(), value.data() + value.size(), number);
   if (parsed.ec != std::errc{} || parsed.ptr != value.data() + value.size()) {
-    return refuse(row, column, "a whole number is needed");
+    return refuse(row, column, "a whole number");
   }
   return number;
 }

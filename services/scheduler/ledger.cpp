@@ -27,15 +27,15 @@ Result<void> Ledger::apply(const Record& record) {
 
 Result<void> Ledger::start(const record::Started& started) {
   if (has_session_) return misfit("a session begins twice");
-  auto protocol = parse_protocol(started.protocol_toml, "protocol");
+  auto protocol = protocol::parse_protocol(started.protocol_toml, "protocol");
   if (!protocol) return misfit(protocol.error().message);
   state_ = LedgerState{};
   state_.started = started;
   state_.protocol = std::move(*protocol);
-  state_.plan = build_plan(state_.protocol, started.seed);
-  for (const Block& block : state_.plan.blocks)
+  state_.plan = protocol::build_plan(state_.protocol, started.seed);
+  for (const protocol::Block& block : state_.plan.blocks)
     state_.remaining.emplace_back(block.order.begin(), block.order.end());
-  for (const PlannedTrial& trial : state_.plan.trials) state_.expected_remaining += trial.duration;
+  for (const protocol::PlannedTrial& trial : state_.plan.trials) state_.expected_remaining += trial.duration;
   state_.runs.assign(state_.plan.trials.size(), 0);
   state_.rejections.assign(state_.plan.blocks.size(), 0);
   has_session_ = true;
@@ -84,7 +84,7 @@ void Ledger::find_block() {
 
 void Ledger::take(const record::Bound& bound) {
   state_.bound = bound;
-  bind_rig(state_.plan, state_.protocol, bound.rig_id, {bound.home[0], bound.home[1]});
+  protocol::bind_rig(state_.plan, state_.protocol, bound.rig_id, {bound.home[0], bound.home[1]});
 }
 
 void Ledger::take(const record::Commanded& commanded) {
@@ -107,7 +107,8 @@ void Ledger::settle(double duration, bool is_done) {
 }
 
 void Ledger::take(const record::Counted& counted) {
-  const Block& block = state_.plan.blocks[state_.plan.trials[state_.in_flight->planned_index()].block];
+  const protocol::Block& block =
+      state_.plan.blocks[state_.plan.trials[state_.in_flight->planned_index()].block];
   if (block.set_number == 1) state_.set_one[block.posture_index].insert(counted.attempt);
   ++state_.counted;
   settle(counted.duration, true);

@@ -9,8 +9,8 @@
 #include <vector>
 
 #include "services/core/result.hpp"
-#include "services/scheduler/plan.hpp"
-#include "services/scheduler/protocol.hpp"
+#include "services/protocol/plan.hpp"
+#include "services/protocol/protocol.hpp"
 #include "services/scheduler/records.hpp"
 
 namespace tonus::scheduler {
@@ -18,8 +18,8 @@ namespace tonus::scheduler {
 /// Everything of a session that outlives the scheduler's process. Only Ledger writes it.
 struct LedgerState {
   record::Started started;
-  Protocol protocol;
-  Plan plan;
+  protocol::Protocol protocol;
+  protocol::Plan plan;
   std::optional<record::Bound> bound;
 
   std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
@@ -29,7 +29,7 @@ struct LedgerState {
   std::vector<std::uint32_t> rejections;      ///< By block, since the operator last went on.
   std::set<std::uint32_t> owed_receipts;      ///< Attempts that were rejected before their receipt came.
   std::map<std::uint32_t, std::set<std::uint32_t>> set_one;  ///< By posture: attempts of set one that count.
-  std::map<std::uint32_t, BiasAxes> axes;                    ///< By posture.
+  std::map<std::uint32_t, protocol::BiasAxes> axes;          ///< By posture.
   std::set<std::uint32_t> confirmed_postures;
 
   std::uint32_t attempts = 0;

@@ -75,7 +75,7 @@ Effects SessionMachine::on_estimate(const v1::Estimate& estimate) {
 }
 
 Effects SessionMachine::on_rig_description(const v1::RigDescription& description) {
-  auto facts = facts_of(description);
+  auto facts = protocol::facts_of(description);
   facts_.reset();
   if (facts) {
     facts_ = *facts;

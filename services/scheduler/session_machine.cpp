@@ -6,7 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
-#include "services/scheduler/bias_axes.hpp"
+#include "services/protocol/bias_axes.hpp"
 #include "services/scheduler/verdict_text.hpp"
 
 namespace tonus::scheduler {
@@ -64,7 +64,7 @@ void SessionMachine::settle_in_flight() {
   }
   if (verdict_ && !verdict_->is_valid()) {
     // What is wrong in a recording is so every time; what was lost on the way is worth another try.
-    const bool is_recorded = ledger_.state().protocol.kind == ProtocolKind::kRecording;
+    const bool is_recorded = ledger_.state().protocol.kind == protocol::ProtocolKind::kRecording;
     const bool is_new_loss =
         may_be_lost_on_the_way(*verdict_) && ledger_.state().runs[program.planned_index()] < 2;
     return reject(verdict_text(*verdict_), !is_recorded || is_new_loss);
@@ -85,8 +85,9 @@ void SessionMachine::reject(const std::string& reason, bool can_repeat) {
   const auto& left = s.remaining[s.plan.trials[s.in_flight->planned_index()].block];
   record::Rejected rejected;
   rejected.attempt = attempt;
-  rejected.place = can_repeat ? static_cast<std::int32_t>(requeue_place(s.started.seed, attempt, left.size()))
-                              : record::Rejected::kSetAside;
+  rejected.place =
+      can_repeat ? static_cast<std::int32_t>(protocol::requeue_place(s.started.seed, attempt, left.size()))
+                 : record::Rejected::kSetAside;
   rejected.owes_receipt = !receipt_;
   rejected.duration = outcome_duration();
   rejected.reason = reason;
@@ -153,7 +154,7 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_rig() {
   if (!roster_missing_.empty()) return service_hold(roster_missing_);
   if (!facts_) return service_hold(facts_problem_);
   if (!s.bound) {
-    if (auto good = check_against_rig(s.protocol, *facts_); !good) {
+    if (auto good = protocol::check_against_rig(s.protocol, *facts_); !good) {
       end(v1::SESSION_FAILED, good.error().message);
       return std::nullopt;
     }
@@ -178,7 +179,7 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_rig() {
 
 std::optional<SessionMachine::Hold> SessionMachine::hold_for_block() {
   const LedgerState& s = ledger_.state();
-  const Block& block = s.plan.blocks[s.block];
+  const protocol::Block& block = s.plan.blocks[s.block];
   publish_cue(block);
   const v1::TrialProgram& first = s.plan.trials[block.order.front()].program;
   if (s.protocol.confirms_posture && !s.confirmed_postures.contains(block.posture_index)) {
@@ -198,11 +199,12 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_block() {
             s.rejections[s.block], block.set_number, first.posture(), s.protocol.rejection_limit, message_),
         Asks::kLimit};
   }
-  if (block.axis != BiasAxis::kNone && !s.axes.contains(block.posture_index)) return hold_for_axes(block);
+  if (block.axis != protocol::BiasAxis::kNone && !s.axes.contains(block.posture_index))
+    return hold_for_axes(block);
   return std::nullopt;
 }
 
-std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const Block& block) {
+std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const protocol::Block& block) {
   const LedgerState& s = ledger_.state();
   const std::string where =
       fmt::format("set one's stiffness at '{}'", s.plan.postures[block.posture_index].name());
@@ -212,9 +214,10 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const Block& b
   const v1::Estimate* best = nullptr;
   std::size_t left_out = 0;
   for (const auto& [id, estimate] : estimates_) {
-    if (!is_of_set_one(estimate, s.started.session_id, block.posture_index, s.protocol.bias->method))
+    if (!protocol::is_of_set_one(estimate, s.started.session_id, block.posture_index,
+                                 s.protocol.bias->method))
       continue;
-    const std::size_t without = trials_left_out(estimate, attempts);
+    const std::size_t without = protocol::trials_left_out(estimate, attempts);
     if (best != nullptr && without >= left_out) continue;
     best = &estimate;
     left_out = without;
@@ -223,17 +226,17 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const Block& b
   if (best == nullptr || (left_out > 0 && clock_.now() < *axes_due_)) {
     return service_hold(fmt::format("identification: {}", where));
   }
-  AxesFinding finding = axes_of_estimate(*best);
-  if (finding.kind == AxesFinding::Kind::kSound && left_out > 0) {
-    finding.kind = AxesFinding::Kind::kDoubtful;
+  protocol::AxesFinding finding = protocol::axes_of_estimate(*best);
+  if (finding.kind == protocol::AxesFinding::Kind::kSound && left_out > 0) {
+    finding.kind = protocol::AxesFinding::Kind::kDoubtful;
     finding.reason = fmt::format("it was made without {} of its {} trials", left_out, attempts.size());
   }
-  if (finding.kind == AxesFinding::Kind::kNone) {
+  if (finding.kind == protocol::AxesFinding::Kind::kNone) {
     return Hold{v1::SESSION_WAITING,
                 fmt::format("operator: {} gives no axes for the bias: {}", where, finding.reason),
                 Asks::kAxesMissing};
   }
-  if (finding.kind == AxesFinding::Kind::kDoubtful && !accepts_doubtful_axes_) {
+  if (finding.kind == protocol::AxesFinding::Kind::kDoubtful && !accepts_doubtful_axes_) {
     return Hold{v1::SESSION_WAITING,
                 fmt::format("operator: {} gives doubtful axes for the bias: {}; resume takes them", where,
                             finding.reason),
@@ -252,11 +255,11 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const Block& b
 void SessionMachine::command_next() {
   const LedgerState& s = ledger_.state();
   const std::uint32_t index = s.remaining[s.block].front();
-  const Block& block = s.plan.blocks[s.block];
+  const protocol::Block& block = s.plan.blocks[s.block];
   const auto axes = s.axes.find(block.posture_index);
-  const auto program = commanded_program(
+  const auto program = protocol::commanded_program(
       s.protocol, s.plan, index, s.started.session_id, s.attempts + 1, s.started.seed, s.runs[index] > 0,
-      axes == s.axes.end() ? std::nullopt : std::optional<BiasAxes>(axes->second));
+      axes == s.axes.end() ? std::nullopt : std::optional<protocol::BiasAxes>(axes->second));
   decide(record::Commanded{program});
   flight_id_ = trial_id(s.started.session_id, s.attempts);
   outcome_.reset();
@@ -273,7 +276,7 @@ void SessionMachine::send_in_flight() {
   effects_.messages.emplace_back(std::move(command));
   resend_at_ = clock_.now() + patience_.answer;
   if (!outcome_ && rig_state_ && rig_state_->is_realtime_paced()) {
-    const std::chrono::duration<double> expected(expected_duration(*ledger_.state().in_flight));
+    const std::chrono::duration<double> expected(protocol::expected_duration(*ledger_.state().in_flight));
     resend_at_ += std::chrono::duration_cast<Clock::Duration>(1.25 * expected);
   }
 }
@@ -288,7 +291,7 @@ double SessionMachine::outcome_duration() const {
     return static_cast<double>(outcome_->last_sequence() - outcome_->first_sequence() + 1) /
            outcome_->sample_rate_Hz();
   }
-  return expected_duration(*ledger_.state().in_flight);
+  return protocol::expected_duration(*ledger_.state().in_flight);
 }
 
 void SessionMachine::end(v1::SessionPhase phase, const std::string& message) {

@@ -9,13 +9,13 @@
 #include <variant>
 #include <vector>
 
-#include "idl/names.hpp"
+#include "services/contract/names.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
 #include "services/core/result.hpp"
+#include "services/protocol/rig_facts.hpp"
 #include "services/scheduler/ledger.hpp"
 #include "services/scheduler/records.hpp"
-#include "services/scheduler/rig_facts.hpp"
 
 #include <idl/archive.h>
 #include <idl/estimate.h>
@@ -111,7 +111,7 @@ class SessionMachine {
   [[nodiscard]] std::optional<Hold> find_hold();
   [[nodiscard]] std::optional<Hold> hold_for_rig();
   [[nodiscard]] std::optional<Hold> hold_for_block();
-  [[nodiscard]] std::optional<Hold> hold_for_axes(const Block& block);
+  [[nodiscard]] std::optional<Hold> hold_for_axes(const protocol::Block& block);
   [[nodiscard]] Hold service_hold(const std::string& what) const;
   void command_next();
   void send_in_flight();
@@ -142,7 +142,7 @@ class SessionMachine {
   void decide(Record record);
   void begin_session();
   void publish_plan();
-  void publish_cue(const Block& block);
+  void publish_cue(const protocol::Block& block);
   void publish_state();
   [[nodiscard]] Effects finish();
   [[nodiscard]] v1::SessionState described() const;
@@ -158,7 +158,7 @@ class SessionMachine {
   std::deque<record::Answered> refused_;  // answers to requests that belong to no session
 
   // What is known of the others; not of the session.
-  std::optional<RigFacts> facts_;
+  std::optional<protocol::RigFacts> facts_;
   std::string facts_problem_ = "rig: has not described itself";
   std::optional<v1::RigState> rig_state_;
   std::string roster_missing_ = "services: nothing is known yet";

@@ -58,7 +58,7 @@ void SessionMachine::publish_plan() {
   effects_.messages.emplace_back(std::move(plan));
 }
 
-void SessionMachine::publish_cue(const Block& block) {
+void SessionMachine::publish_cue(const protocol::Block& block) {
   const std::pair condition{block.posture_index, block.instruction_index};
   if (cued_ == condition) return;
   cued_ = condition;
@@ -68,7 +68,7 @@ void SessionMachine::publish_cue(const Block& block) {
   cue.target_m(s.plan.postures[block.posture_index].position_m());
   cue.target_diameter_m(s.protocol.cue.target_diameter);
   const std::string& recorded = s.plan.trials[block.order.front()].program.instruction();
-  cue.instruction(s.protocol.kind == ProtocolKind::kRecording
+  cue.instruction(s.protocol.kind == protocol::ProtocolKind::kRecording
                       ? recorded
                       : s.protocol.instructions[block.instruction_index].text);
   cue.shows_cursor(s.protocol.cue.shows_cursor);

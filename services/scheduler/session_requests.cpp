@@ -75,13 +75,15 @@ void SessionMachine::start(const v1::SessionCommand& command) {
         fmt::format("session {} has been: a new session needs a new id", to_hex(command.session_id())));
   }
   if (command.subject().empty()) return refuse("subject = \"\" is not allowed: a name");
-  const auto protocol = parse_protocol(command.protocol_toml(), "protocol");
+  const auto protocol = protocol::parse_protocol(command.protocol_toml(), "protocol");
   if (!protocol) return refuse(protocol.error().message);
-  if (protocol->kind == ProtocolKind::kStudy) {
-    return refuse(refuse_value(*protocol, "kind", "\"study\"", "a protocol of one session").message);
+  if (protocol->kind == protocol::ProtocolKind::kStudy) {
+    return refuse(
+        protocol::refuse_value(*protocol, "kind", "\"study\"", "a protocol of one session").message);
   }
   if (facts_) {
-    if (auto good = check_against_rig(*protocol, *facts_); !good) return refuse(good.error().message);
+    if (auto good = protocol::check_against_rig(*protocol, *facts_); !good)
+      return refuse(good.error().message);
   }
 
   ledger_ = Ledger{};

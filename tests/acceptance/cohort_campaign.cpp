@@ -5,8 +5,8 @@
 #include <array>
 #include <cstdio>
 
-#include "analysis_service/study/spread.hpp"
-#include "analysis_service/study/tables.hpp"
+#include "analysis_service/report/spread.hpp"
+#include "analysis_service/report/tables.hpp"
 #include "tests/acceptance/simulated_cohort.hpp"
 #include "tests/support/process.hpp"
 
@@ -15,12 +15,12 @@ namespace {
 using namespace tonus;
 
 int run(const std::string& file, std::uint64_t first, unsigned seeds) {
-  const auto cohort = plant::load_cohort(file);
+  const auto cohort = simulation::load_cohort(file);
   if (!cohort) {
     std::fprintf(stderr, "cohort-campaign: %s\n", cohort.error().message.c_str());
     return 2;
   }
-  std::array<study::EntriesWithin, 3> sums{{{"I"}, {"III"}, {"IV"}}};
+  std::array<report::EntriesWithin, 3> sums{{{"I"}, {"III"}, {"IV"}}};
   for (std::uint64_t seed = first; seed < first + seeds; ++seed) {
     const auto study = testing::simulate_cohort(*cohort, seed);
     if (!study) {
@@ -29,14 +29,14 @@ int run(const std::string& file, std::uint64_t first, unsigned seeds) {
       return 2;
     }
     std::printf("seed %llu\n", static_cast<unsigned long long>(seed));
-    const auto tables = study::entries_within_spread(*study);
+    const auto tables = report::entries_within_spread(*study);
     for (std::size_t i = 0; i < sums.size(); ++i) {
       sums[i].inside += tables[i].inside;
       sums[i].all += tables[i].all;
       if (!tables[i].outside.empty())
         std::printf("  outside in Table %s: %s\n", tables[i].table.c_str(), tables[i].outside.c_str());
     }
-    for (const auto& row : study::coverage_table(*study).rows) {
+    for (const auto& row : report::coverage_table(*study).rows) {
       std::printf("  %-15s inside the intervals: M %s, B %s, K %s; bias M %s, B %s, K %s\n", row[0].c_str(),
                   row[1].c_str(), row[2].c_str(), row[3].c_str(), row[4].c_str(), row[5].c_str(),
                   row[6].c_str());

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <numbers>
 
-#include "analysis_service/identification/offline.hpp"
 #include "analysis_service/impedance/joint_space.hpp"
-#include "rig_agent/plant/true_impedance.hpp"
+#include "analysis_service/offline/offline.hpp"
+#include "services/simulation/true_impedance.hpp"
 #include "tests/support/simulated_study/simulated_study.hpp"
 
 namespace tonus {
@@ -19,7 +19,7 @@ using impedance::Model;
 using simulated::Posture;
 using simulated::published_postures;
 
-recording::Recording measured(const plant::Profile& profile, const Posture& posture,
+recording::Recording measured(const simulation::Profile& profile, const Posture& posture,
                               const simulated::Procedure& procedure = {}) {
   auto record = simulated::measure(profile, posture, procedure);
   EXPECT_TRUE(record) << record.error().message;
@@ -36,15 +36,15 @@ v1::Estimate identified(const recording::Recording& record, Method method = Meth
   return estimates.value().at(0).estimate;
 }
 
-plant::Profile with_seed(std::uint64_t seed) {
-  plant::Profile profile;
+simulation::Profile with_seed(std::uint64_t seed) {
+  simulation::Profile profile;
   profile.seed = seed;
   return profile;
 }
 
 /// Drift of 0.15 N and tremor of 0.05 N rms on each axis.
-plant::Profile living(std::uint64_t seed) {
-  plant::Profile profile = with_seed(seed);
+simulation::Profile living(std::uint64_t seed) {
+  simulation::Profile profile = with_seed(seed);
   profile.subject.drift.is_on = true;
   profile.subject.drift.force = 0.15;
   profile.subject.tremor.is_on = true;
@@ -64,7 +64,7 @@ double difference(const Eigen::Matrix2d& a, const Eigen::Matrix2d& b) {
 
 TEST(StateVariable, IsWithinFourPercentOfTheLargestElementAtEveryPosture) {
   for (const Posture& posture : published_postures()) {
-    const auto truth = plant::true_impedance(plant::SubjectProfile{}, posture.position);
+    const auto truth = simulation::true_impedance(simulation::SubjectProfile{}, posture.position);
     for (std::uint64_t seed = 1; seed <= 4; ++seed) {
       SCOPED_TRACE(posture.name + ", seed " + std::to_string(seed));
       const auto estimate = identified(measured(with_seed(seed), posture));
@@ -104,7 +104,7 @@ TEST(PublishedMethods, AgreeAsPublished) {
 }
 
 TEST(ModelComparison, OrdersTheModelsAsTableTwoDoesUnderDriftAndTremor) {
-  const double sensor_noise = plant::SensorProfile{}.force_noise;
+  const double sensor_noise = simulation::SensorProfile{}.force_noise;
   for (const Posture& posture : published_postures()) {
     const auto record = measured(living(7), posture);
     const auto sigma = [&](Model model) {
@@ -132,7 +132,7 @@ TEST(ModelComparison, SeesCoriolisForcesWithoutJointDampingAtTenTimesTheSpeed) {
   // the models has and which is as large; so the comparison is of (14) with (13), and with (3), whose
   // velocity term finds nothing. A filter of damping ratio 0.7 forgets the large onset within the window.
   // Table II's case, above, allows (14) to be better by 0.005 N.
-  plant::Profile profile = with_seed(8);
+  simulation::Profile profile = with_seed(8);
   profile.subject.damping = {0.0, 0.0, 0.0};
   profile.sensors.force_full_scale = 100.0;
   profile.limits.workspace_radius = 0.25;
@@ -172,13 +172,13 @@ constexpr double kSpread[simulated::kCohort][2] = {{0.007, 0.02}, {0.005, 0.01},
 template <typename Damping>
 impedance::HypothesisFit fit_of(std::size_t index, impedance::Hypothesis hypothesis, const Damping& damping) {
   std::vector<impedance::PostureImpedance> postures;
-  plant::Profile profile = with_seed(100 + index);
+  simulation::Profile profile = with_seed(100 + index);
   profile.subject = simulated::cohort_subject(index);
   const TwoLink links = profile.subject.links;
   for (const Posture& posture : published_postures()) {
     const Eigen::Vector2d angles = links.angles_at(posture.position);
     const Eigen::Matrix2d I = impedance::to_joints(
-        plant::true_impedance(profile.subject, posture.position).mass, links.jacobian(angles));
+        simulation::true_impedance(profile.subject, posture.position).mass, links.jacobian(angles));
     profile.subject.damping = simulated::joint_impedance_of(damping(I, profile.subject.stiffness.matrix()));
     const auto found = identified(measured(profile, posture));
     EXPECT_EQ(found.status(), v1::ESTIMATE_OK) << posture.name;

@@ -39,7 +39,7 @@ Result<std::vector<impedance::Trial>> trials_of(const recording::Recording& reco
   return trials;
 }
 
-Result<study::ConditionAnalysis> measure_posture(const plant::Profile& profile,
+Result<study::ConditionAnalysis> measure_posture(const simulation::Profile& profile,
                                                  const simulated::Posture& posture) {
   const auto record = simulated::measure(profile, posture, procedure());
   if (!record) return record.error();
@@ -58,10 +58,10 @@ Result<study::ConditionAnalysis> measure_posture(const plant::Profile& profile,
   return analysis;
 }
 
-Result<study::Subject> measure_subject(const plant::CohortSubject& member, std::uint64_t seed) {
+Result<study::Subject> measure_subject(const simulation::CohortSubject& member, std::uint64_t seed) {
   study::Subject subject{member.name, member.profile.subject.links, member.profile.subject, {}, {}};
   subject.unloaded.emplace();
-  plant::Profile profile = member.profile;
+  simulation::Profile profile = member.profile;
   for (const auto& posture : simulated::published_postures()) {
     profile.seed = seed++;
     auto analysis = measure_posture(profile, posture);
@@ -73,7 +73,8 @@ Result<study::Subject> measure_subject(const plant::CohortSubject& member, std::
 
 }  // namespace
 
-Result<study::Study> simulate_cohort(const std::vector<plant::CohortSubject>& cohort, std::uint64_t seed) {
+Result<study::Study> simulate_cohort(const std::vector<simulation::CohortSubject>& cohort,
+                                     std::uint64_t seed) {
   constexpr std::uint64_t kSeedsOfASubject = 16;
   std::vector<std::optional<Result<study::Subject>>> measured(cohort.size());
   for_each_in_parallel(cohort.size(), [&](std::size_t i) {

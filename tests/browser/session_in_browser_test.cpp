@@ -11,8 +11,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -129,13 +129,13 @@ TEST(SessionInBrowser, IsSteeredFromThePagesAndThePagesShowWhatTheArchiveHolds) 
   ASSERT_EQ(browser.wait(kSessionLimit), 0) << browser.output() << system.output();
   std::printf("%s", browser.output().c_str());
 
-  auto store = archive::open_store_for_reading((folder.path() / "data" / "archive.sqlite").string());
+  auto store = store::open_store_for_reading((folder.path() / "data" / "archive.sqlite").string());
   ASSERT_TRUE(store) << store.error().message;
-  const auto record = archive::find_session(**store, "last");
+  const auto record = store::find_session(**store, "last");
   ASSERT_TRUE(record) << record.error().message;
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   ASSERT_TRUE(session) << session.error().message;
-  const auto estimates = archive::newest_estimates(*session);
+  const auto estimates = store::newest_estimates(*session);
   expect_same(table(folder / "live.csv"), estimates);
   expect_same(table(folder / "archive.csv"), estimates);
 

@@ -2,10 +2,10 @@
 
 #include "idl/topics.hpp"
 #include "services/archive/ingest.hpp"
-#include "services/archive/sqlite_store.hpp"
 #include "services/archive/wire.hpp"
 #include "services/core/crc32c.hpp"
 #include "services/recording/dataset.hpp"
+#include "services/store/sqlite_store.hpp"
 #include "tests/fault/archive/made_up_rig.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -17,7 +17,7 @@ Result<void> check_message(const std::string& message) {
 }
 
 Result<void> make_store(const std::string& path) {
-  auto store = archive::SqliteStore::open(path, archive::SqliteStore::Access::kWrite);
+  auto store = store::SqliteStore::open(path, store::SqliteStore::Access::kWrite);
   if (!store) return store.error();
   const ManualClock clock;
   archive::Ingest ingest(**store, clock);

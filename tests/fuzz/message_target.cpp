@@ -1,11 +1,11 @@
 #include <algorithm>
 
 #include "idl/topics.hpp"
-#include "services/archive/block_header.hpp"
 #include "services/archive/ingest.hpp"
-#include "services/archive/memory_store.hpp"
 #include "services/archive/wire.hpp"
 #include "services/bus/payload.hpp"
+#include "services/store/block_header.hpp"
+#include "services/store/memory_store.hpp"
 #include "tests/fault/archive/made_up_rig.hpp"
 #include "tests/fuzz/target.hpp"
 
@@ -37,7 +37,7 @@ class MessageTarget final : public Target {
   Result<bool> run(Damage& damage) override {
     if (inputs_++ % kInputsOfOneArchive == 0) {
       ingest_.reset();
-      store_ = std::make_unique<archive::MemoryStore>();
+      store_ = std::make_unique<store::MemoryStore>();
       ingest_ = std::make_unique<archive::Ingest>(*store_, clock_);
     }
     const std::size_t seed = damage.draw(0, seeds_.size() - 1);
@@ -73,7 +73,7 @@ class MessageTarget final : public Target {
 
   /// Whatever the archive takes as a block of samples must decode when it is read again.
   static Result<void> compare_block_readers(const Bytes& bytes) {
-    const auto header = archive::read_block_header(bytes);
+    const auto header = store::read_block_header(bytes);
     const auto block = bus::decode<v1::SampleBlock>(bytes);
     if (!header) return check_message(header.error().message);
     if (block && block->samples().size() == header->count) return {};
@@ -81,7 +81,7 @@ class MessageTarget final : public Target {
   }
 
   ManualClock clock_;
-  std::unique_ptr<archive::MemoryStore> store_;
+  std::unique_ptr<store::MemoryStore> store_;
   std::unique_ptr<archive::Ingest> ingest_;
   std::vector<bus::TopicSpec> topics_;
   std::vector<bus::Payload> seeds_;

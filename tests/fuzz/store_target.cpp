@@ -2,15 +2,15 @@
 #include <stdexcept>
 
 #include "services/archive/ingest.hpp"
-#include "services/archive/sample_reader.hpp"
-#include "services/archive/sqlite.hpp"
-#include "services/archive/sqlite_store.hpp"
+#include "services/store/sample_reader.hpp"
+#include "services/store/sqlite.hpp"
+#include "services/store/sqlite_store.hpp"
 #include "tests/fuzz/target.hpp"
 
 namespace tonus::fuzz {
 namespace {
 
-using archive::Store;
+using store::Store;
 
 /// No more of a damaged stream's range is asked for at once.
 constexpr std::uint64_t kMostSamples = 10'000;
@@ -33,10 +33,10 @@ class StoreTarget final : public Target {
     write_bytes(path_, bytes);
     if (is_made_up) write_nonsense(damage);
     bool is_refused = false;
-    for (const auto access : {archive::SqliteStore::Access::kRead, archive::SqliteStore::Access::kWrite}) {
-      auto store = archive::SqliteStore::open(path_, access);
+    for (const auto access : {store::SqliteStore::Access::kRead, store::SqliteStore::Access::kWrite}) {
+      auto store = store::SqliteStore::open(path_, access);
       auto used =
-          store ? use(**store, access == archive::SqliteStore::Access::kWrite) : Result<void>(store.error());
+          store ? use(**store, access == store::SqliteStore::Access::kWrite) : Result<void>(store.error());
       if (used) continue;
       is_refused = true;
       if (auto good = check_message(used.error().message); !good) return good.error();
@@ -47,7 +47,7 @@ class StoreTarget final : public Target {
  private:
   /// A sound file whose cells hold what no archive writes.
   void write_nonsense(Damage& damage) const {
-    auto database = archive::Database::open(path_, archive::Database::Mode::kReadWrite);
+    auto database = store::Database::open(path_, store::Database::Mode::kReadWrite);
     if (!database) return;
     static const std::vector<std::string> kColumns{"streams.epoch",
                                                    "streams.origin_sequence",
@@ -94,7 +94,7 @@ class StoreTarget final : public Target {
     for (const auto& stream : *streams) {
       for (const auto& range : stream.coverage.ranges()) {
         const std::uint64_t end = std::min(range.end, range.first + kMostSamples);
-        if (auto samples = archive::read_samples(store, stream.key, {range.first, end}); !samples)
+        if (auto samples = store::read_samples(store, stream.key, {range.first, end}); !samples)
           return samples.error();
       }
     }

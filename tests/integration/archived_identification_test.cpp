@@ -2,8 +2,8 @@
 #include <fstream>
 #include <gtest/gtest.h>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/integration/demo_run.hpp"
 
 namespace tonus::testing {
@@ -80,13 +80,13 @@ class ArchivedSession : public ::testing::Test {
 };
 
 TEST_F(ArchivedSession, GivesThePublishedNumbersToTheLastBit) {
-  auto store = archive::open_store_for_reading((data() / "archive.sqlite").string());
+  auto store = store::open_store_for_reading((data() / "archive.sqlite").string());
   ASSERT_TRUE(store) << store.error().message;
-  const auto record = archive::find_session(**store, "");
+  const auto record = store::find_session(**store, "");
   ASSERT_TRUE(record) << record.error().message;
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   ASSERT_TRUE(session) << session.error().message;
-  const auto published = archive::newest_estimates(*session);
+  const auto published = store::newest_estimates(*session);
   ASSERT_EQ(published.size(), 2U);
 
   for (const auto& source : {data(), data() / "archive.sqlite"}) {
@@ -115,9 +115,9 @@ TEST_F(ArchivedSession, GivesThePublishedNumbersToTheLastBit) {
 }
 
 TEST_F(ArchivedSession, IsFoundByItsIdAndAnalysedByEveryMethod) {
-  auto store = archive::open_store_for_reading((data() / "archive.sqlite").string());
+  auto store = store::open_store_for_reading((data() / "archive.sqlite").string());
   ASSERT_TRUE(store) << store.error().message;
-  const std::string id = to_hex(archive::find_session(**store, "").value().session);
+  const std::string id = to_hex(store::find_session(**store, "").value().session);
 
   const auto conditions =
       identify({data().string(), "--session", id.substr(0, 8), "--method", "all", "--model", "no_damping"});

@@ -5,9 +5,9 @@
 #include <gtest/gtest.h>
 #include <sstream>
 
-#include "rig_agent/plant/profile.hpp"
-#include "rig_agent/plant/true_impedance.hpp"
-#include "services/archive/open_store.hpp"
+#include "services/simulation/profile.hpp"
+#include "services/simulation/true_impedance.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus::testing {
 namespace {
@@ -69,20 +69,20 @@ nlohmann::json DemoRun::results() const {
   return nlohmann::json::parse(file, nullptr, false);
 }
 
-archive::Session DemoRun::archived() const {
-  auto store = archive::open_store_for_reading((folder_ / "data" / "archive.sqlite").string());
+store::Session DemoRun::archived() const {
+  auto store = store::open_store_for_reading((folder_ / "data" / "archive.sqlite").string());
   EXPECT_TRUE(store) << store.error().message;
   if (!store) return {};
-  const auto record = archive::find_session(**store, "last");
+  const auto record = store::find_session(**store, "last");
   EXPECT_TRUE(record) << record.error().message;
   if (!record) return {};
-  auto session = archive::read_session(**store, record->session);
+  auto session = store::read_session(**store, record->session);
   EXPECT_TRUE(session) << session.error().message;
-  return session ? *session : archive::Session{};
+  return session ? *session : store::Session{};
 }
 
 void expect_truth_within(const nlohmann::json& results, double share) {
-  const auto profile = plant::load_profile(source_file("deploy/profiles/default.toml"));
+  const auto profile = simulation::load_profile(source_file("deploy/profiles/default.toml"));
   ASSERT_TRUE(profile) << profile.error().message;
   const auto& conditions = results.at("conditions");
   ASSERT_EQ(conditions.size(), std::size(kPostures));
@@ -92,7 +92,7 @@ void expect_truth_within(const nlohmann::json& results, double share) {
     ASSERT_NE(found, conditions.end()) << posture.name;
     EXPECT_EQ(found->at("status"), "ok") << posture.name << " " << found->at("reasons");
     EXPECT_EQ(found->at("trials_used"), 16) << posture.name;
-    const auto truth = plant::true_impedance(profile->subject, posture.position);
+    const auto truth = simulation::true_impedance(profile->subject, posture.position);
     const std::string name = posture.name;
     expect_matrix(found->at("M_kg"), truth.mass, share, name + " M");
     expect_matrix(found->at("B_Ns_per_m"), truth.damping, share, name + " B");

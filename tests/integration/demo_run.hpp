@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-#include "services/archive/session_reader.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -22,7 +22,7 @@ class DemoRun {
   [[nodiscard]] std::string everything_printed() const;
   [[nodiscard]] nlohmann::json results() const;
   /// The session as its archive holds it; a test failure and an empty one where it cannot be read.
-  [[nodiscard]] archive::Session archived() const;
+  [[nodiscard]] store::Session archived() const;
   [[nodiscard]] const TemporaryFolder& folder() const { return folder_; }
 
  private:

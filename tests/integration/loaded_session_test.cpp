@@ -6,8 +6,8 @@
 #include <gtest/gtest.h>
 #include <map>
 
-#include "rig_agent/plant/profile.hpp"
-#include "rig_agent/plant/true_impedance.hpp"
+#include "services/simulation/profile.hpp"
+#include "services/simulation/true_impedance.hpp"
 #include "tests/integration/demo_run.hpp"
 
 namespace tonus::testing {
@@ -68,10 +68,10 @@ class LoadedSession : public ::testing::Test {
 };
 
 TEST_F(LoadedSession, FindsTheSpringCentreInEveryBiasDirectionAtThreePostures) {
-  const plant::Profile truth;
+  const simulation::Profile truth;
   ASSERT_EQ(results().at("loaded").size(), kPostures.size());
   for (const auto& [name, position] : kPostures) {
-    const Eigen::Matrix2d stiffness = plant::true_impedance(truth.subject, position).stiffness;
+    const Eigen::Matrix2d stiffness = simulation::true_impedance(truth.subject, position).stiffness;
     const json& posture = posture_of(results(), name);
     ASSERT_EQ(posture.at("sets").size(), 4U) << name;
     for (const json& set : posture.at("sets")) {
@@ -103,7 +103,7 @@ TEST_F(LoadedSession, FindsTheStiffnessUnchangedInASubjectWhoDoesNotModulate) {
   int inside = 0;
   int elements = 0;
   for (const auto& [name, position] : kPostures) {
-    const Eigen::Matrix2d K = plant::true_impedance(plant::Profile{}.subject, position).stiffness;
+    const Eigen::Matrix2d K = simulation::true_impedance(simulation::Profile{}.subject, position).stiffness;
     const double largest = K.cwiseAbs().maxCoeff();
     for (int set = 1; set <= 6; ++set) {
       const json& condition = condition_of(results(), name, set);
@@ -159,7 +159,7 @@ TEST(WeakMotor, RejectsEveryTrialWhoseBiasAWeakMotorDoesNotReach) {
   run.process().signal(SIGINT);  // the operator gives up
   EXPECT_NE(run.finish(), 0);
   int rejected = 0;
-  const archive::Session session = run.archived();
+  const store::Session session = run.archived();
   for (const auto& trial : session.trials) {
     if (!trial.verdict) continue;
     const v1::TrialVerdict& verdict = trial.verdict->value;

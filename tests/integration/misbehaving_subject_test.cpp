@@ -18,7 +18,7 @@ struct Judged {
   std::map<std::uint32_t, std::uint32_t> planned_of_rejected;
 };
 
-Judged judged(const archive::Session& session) {
+Judged judged(const store::Session& session) {
   Judged found;
   for (const auto& trial : session.trials) {
     if (!trial.verdict) continue;

@@ -2,11 +2,12 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
+#include "services/store/archived_trial.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
+#include "tests/support/made_up_session/made_up_session.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
-#include "tests/unit/exchange/made_up_session.hpp"
 
 namespace tonus::testing {
 namespace {
@@ -19,13 +20,13 @@ constexpr std::chrono::seconds kLimit{120};
 class OtherPrograms : public ::testing::Test {
  protected:
   OtherPrograms() : archive_(folder_ / "archive.sqlite") {
-    auto store = archive::open_store_for_writing(archive_.string());
+    auto store = store::open_store_for_writing(archive_.string());
     EXPECT_TRUE(store) << store.error().message;
-    auto recipe = exchange::testing::unloaded_session();
+    auto recipe = made_up::unloaded_session();
     recipe.rejected_attempt = 6;
-    record_ = exchange::testing::put_session(**store, std::move(recipe));
-    session_ = *archive::read_session(**store, record_.session);
-    first_ = *archive::read_trial_samples(**store, session_.trials[0]);
+    record_ = made_up::put_session(**store, std::move(recipe));
+    session_ = *store::read_session(**store, record_.session);
+    first_ = store::read_trial_samples(**store, session_.trials[0])->samples;
   }
 
   int run(const fs::path& program, const std::vector<std::string>& arguments) {
@@ -60,15 +61,13 @@ class OtherPrograms : public ::testing::Test {
     return fs::exists(kPython) && run(kPython, {"-c", "import " + package}) == 0;
   }
 
-  double stiffness() const {
-    return archive::newest_estimates(session_).at(0).stiffness_N_per_m().value()[0];
-  }
+  double stiffness() const { return store::newest_estimates(session_).at(0).stiffness_N_per_m().value()[0]; }
 
   static constexpr const char* kPython = "/usr/bin/python3";
   TemporaryFolder folder_;
   fs::path archive_;
-  archive::SessionRecord record_;
-  archive::Session session_;
+  store::SessionRecord record_;
+  store::Session session_;
   std::vector<v1::RigSample> first_;
   std::string output_;
 };

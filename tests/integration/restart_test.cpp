@@ -2,7 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
-#include "services/archive/open_store.hpp"
+#include "services/store/open_store.hpp"
 #include "tests/integration/demo_run.hpp"
 
 namespace tonus::testing {
@@ -12,7 +12,7 @@ constexpr std::chrono::seconds kLimit{60};
 
 /// Every stream of the archive holds each sample number from its first to its last.
 void expect_every_sample(const std::filesystem::path& store_file) {
-  auto store = archive::open_store_for_reading(store_file.string());
+  auto store = store::open_store_for_reading(store_file.string());
   ASSERT_TRUE(store) << store.error().message;
   const auto streams = (*store)->streams();
   ASSERT_TRUE(streams) << streams.error().message;
@@ -24,7 +24,7 @@ void expect_every_sample(const std::filesystem::path& store_file) {
     // The blocks themselves hold what the coverage claims.
     std::uint64_t next = whole.first;
     const auto visited =
-        (*store)->visit_blocks({stream.key, whole}, [&](const archive::Block& block) -> Result<void> {
+        (*store)->visit_blocks({stream.key, whole}, [&](const store::Block& block) -> Result<void> {
           EXPECT_LE(block.first_sequence, next);
           next = std::max(next, block.range().end);
           return {};

@@ -5,9 +5,9 @@
 #include <map>
 #include <sstream>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
 #include "services/core/text_file.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -101,13 +101,13 @@ TEST(StudySubject, IsMeasuredSessionBySessionOnServicesThatAreUp) {
   system.signal(SIGTERM);
   EXPECT_EQ(system.wait(kLimit), 0) << system.output();
 
-  auto store = archive::open_store_for_reading(folder / "data" / "archive.sqlite");
+  auto store = store::open_store_for_reading(folder / "data" / "archive.sqlite");
   ASSERT_TRUE(store) << store.error().message;
   const auto sessions = (*store)->sessions();
   ASSERT_TRUE(sessions) << sessions.error().message;
   std::vector<std::string> kinds;
   for (const auto& record : *sessions) {
-    const auto session = archive::read_session(**store, record.session);
+    const auto session = store::read_session(**store, record.session);
     ASSERT_TRUE(session) << session.error().message;
     ASSERT_TRUE(session->state);
     EXPECT_EQ(session->state->phase(), v1::SESSION_COMPLETED);

@@ -1,10 +1,10 @@
 #include <cmath>
 #include <gtest/gtest.h>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
-#include "services/exchange/session_recordings.hpp"
+#include "services/formats/session_recordings.hpp"
 #include "services/recording/dataset.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/integration/demo_run.hpp"
 
 namespace tonus::testing {
@@ -23,14 +23,14 @@ TEST(TwoAxisReplay, OfARecordedSessionGivesTheNumbersOfTheSession) {
   DemoRun live({source_file("deploy/protocols/unloaded.toml").string(), "--profile",
                 source_file("deploy/profiles/default.toml").string()});
   ASSERT_EQ(live.finish(), 0) << live.everything_printed();
-  auto store = archive::open_store_for_reading((live.folder() / "data" / "archive.sqlite").string());
+  auto store = store::open_store_for_reading((live.folder() / "data" / "archive.sqlite").string());
   ASSERT_TRUE(store) << store.error().message;
   const auto dataset = live.folder() / "dataset";
-  const auto record = archive::find_session(**store, "");
+  const auto record = store::find_session(**store, "");
   ASSERT_TRUE(record) << record.error().message;
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   ASSERT_TRUE(session) << session.error().message;
-  const auto recordings = exchange::recordings_of(**store, *session);
+  const auto recordings = formats::recordings_of(**store, *session);
   ASSERT_TRUE(recordings) << recordings.error().message;
   const auto written = recording::write_dataset(dataset, *recordings);
   ASSERT_TRUE(written) << written.error().message;

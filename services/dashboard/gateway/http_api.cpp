@@ -7,12 +7,12 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
 #include "services/bus/typed.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/text_file.hpp"
 #include "services/dashboard/gateway/pages.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -52,7 +52,7 @@ ApiAnswer protocols(const fs::path& folder) {
   return as_json(list);
 }
 
-json to_json(const archive::Certificate& certificate) {
+json to_json(const store::Certificate& certificate) {
   return {{"expected", certificate.expected},
           {"received", certificate.received},
           {"resent", certificate.resent},
@@ -60,14 +60,14 @@ json to_json(const archive::Certificate& certificate) {
           {"missing", certificate.missing}};
 }
 
-json to_json(const archive::SessionRecord& record) {
+json to_json(const store::SessionRecord& record) {
   return {{"session_id", to_hex(record.session)},       {"subject", record.subject},
           {"protocol", record.protocol_name},           {"seed", record.seed},
           {"planned_trials", record.planned_trials},    {"started_at", record.started_at},
           {"software_version", record.software_version}};
 }
 
-json to_json(const archive::TrialRecord& trial) {
+json to_json(const store::TrialRecord& trial) {
   return {{"trial_id", to_hex(trial.trial)},
           {"attempt", trial.attempt},
           {"posture", trial.posture},
@@ -79,7 +79,7 @@ json to_json(const archive::TrialRecord& trial) {
           {"certificate", to_json(trial.certificate)}};
 }
 
-ApiAnswer sessions(archive::Store& store) {
+ApiAnswer sessions(store::Store& store) {
   auto records = store.sessions();
   if (!records) return refusal(records.error());
   std::reverse(records->begin(), records->end());
@@ -90,19 +90,15 @@ ApiAnswer sessions(archive::Store& store) {
   return as_json(list);
 }
 
-ApiAnswer session_summary(archive::Store& store, const archive::SessionRecord& record) {
+ApiAnswer session_summary(store::Store& store, const store::SessionRecord& record) {
   const auto trials = store.trials(record.session);
   if (!trials) return refusal(trials.error());
   json answer = to_json(record);
   answer["trials"] = json::array();
-  archive::Certificate sum;
+  store::Certificate sum;
   for (const auto& trial : *trials) {
     answer["trials"].push_back(to_json(trial));
-    sum.expected += trial.certificate.expected;
-    sum.received += trial.certificate.received;
-    sum.resent += trial.certificate.resent;
-    sum.duplicated += trial.certificate.duplicated;
-    sum.missing += trial.certificate.missing;
+    sum += trial.certificate;
   }
   answer["certificate"] = to_json(sum);
   return as_json(answer);
@@ -117,8 +113,8 @@ void append(std::string& out, const T& value) {
   out.append(reinterpret_cast<const char*>(payload->data()), payload->size());
 }
 
-ApiAnswer session_messages(archive::Store& store, const Id& id, std::string_view topic) {
-  const auto session = archive::read_session(store, id);
+ApiAnswer session_messages(store::Store& store, const Id& id, std::string_view topic) {
+  const auto session = store::read_session(store, id);
   if (!session) return refusal(session.error());
   ApiAnswer answer{200, "application/octet-stream", {}};
   if (topic == "session/plan") {
@@ -126,7 +122,7 @@ ApiAnswer session_messages(archive::Store& store, const Id& id, std::string_view
   } else if (topic == "session/state") {
     if (session->state) append(answer.body, *session->state);
   } else if (topic == "estimate/condition") {
-    for (const auto& estimate : archive::newest_estimates(*session)) append(answer.body, estimate);
+    for (const auto& estimate : store::newest_estimates(*session)) append(answer.body, estimate);
   } else if (topic == "estimate/history") {
     for (const auto& estimate : session->estimates) append(answer.body, estimate.value);
   } else if (topic == "trial/outcome") {
@@ -144,12 +140,12 @@ ApiAnswer session_messages(archive::Store& store, const Id& id, std::string_view
 }
 
 ApiAnswer archived(const std::string& name, std::string_view rest, std::string_view topic) {
-  const auto store = archive::open_store_for_reading(name);
+  const auto store = store::open_store_for_reading(name);
   if (!store) return refusal(store.error());
   if (rest.empty()) return sessions(**store);
   rest.remove_prefix(1);
   const auto slash = rest.find('/');
-  const auto record = archive::find_session(**store, rest.substr(0, slash));
+  const auto record = store::find_session(**store, rest.substr(0, slash));
   if (!record) return refusal(record.error());
   if (slash == std::string_view::npos) return session_summary(**store, *record);
   if (rest.substr(slash) == "/messages") return session_messages(**store, record->session, topic);

@@ -11,9 +11,9 @@
 
 #include "idl/topics.hpp"
 #include "services/archive/ingest.hpp"
-#include "services/archive/sqlite.hpp"
-#include "services/archive/sqlite_store.hpp"
 #include "services/archive/wire.hpp"
+#include "services/store/sqlite.hpp"
+#include "services/store/sqlite_store.hpp"
 #include "tests/fault/archive/made_up_rig.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -69,7 +69,8 @@ std::vector<WireTrial> make_trials(int count, std::uint32_t block_samples) {
 class ArchiveSide {
  public:
   explicit ArchiveSide(const std::string& path)
-      : store_(good(SqliteStore::open(path, SqliteStore::Access::kWrite))), ingest_(*store_, clock_) {
+      : store_(good(store::SqliteStore::open(path, store::SqliteStore::Access::kWrite))),
+        ingest_(*store_, clock_) {
     good(ingest_.recover());
   }
 
@@ -89,7 +90,7 @@ class ArchiveSide {
 
  private:
   SystemClock clock_;
-  std::unique_ptr<SqliteStore> store_;
+  std::unique_ptr<store::SqliteStore> store_;
   Ingest ingest_;
 };
 
@@ -97,12 +98,12 @@ class ArchiveSide {
 class BareSide {
  public:
   explicit BareSide(const std::string& path)
-      : database_(good(Database::open(path, Database::Mode::kReadWrite))), insert_([this] {
+      : database_(good(store::Database::open(path, store::Database::Mode::kReadWrite))), insert_([this] {
           good(database_.text("PRAGMA journal_mode = WAL"));
           good(
               database_.run("PRAGMA synchronous = FULL; "
                             "CREATE TABLE blobs (blob INTEGER PRIMARY KEY, payload BLOB NOT NULL)"));
-          return good(Statement::prepare(database_, "INSERT INTO blobs (payload) VALUES (?)"));
+          return good(store::Statement::prepare(database_, "INSERT INTO blobs (payload) VALUES (?)"));
         }()) {}
 
   double take(const std::vector<WireTrial>& trials, std::size_t first, std::size_t end,
@@ -124,8 +125,8 @@ class BareSide {
     good(insert_.bind(0, std::span<const std::byte>(*sample.payload)).run(database_));
   }
 
-  Database database_;
-  Statement insert_;
+  store::Database database_;
+  store::Statement insert_;
 };
 
 void measure(std::uint32_t block_samples, std::size_t trials_a_commit, int rounds, int commits) {

@@ -17,7 +17,7 @@ Result<void> make_study(const std::string& folder, std::size_t subjects) {
   procedure.centring_time = 1.0;
   std::vector<recording::Recording> records;
   for (std::size_t subject = 0; subject < subjects; ++subject) {
-    plant::Profile profile;
+    simulation::Profile profile;
     profile.subject = cohort_subject(subject % kCohort);
     int run = 0;
     for (const Posture& posture : published_postures()) {

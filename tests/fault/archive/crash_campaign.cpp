@@ -2,8 +2,8 @@
 
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/sqlite.hpp"
-#include "services/archive/sqlite_store.hpp"
+#include "services/store/sqlite.hpp"
+#include "services/store/sqlite_store.hpp"
 
 namespace tonus::archive::testing {
 namespace {
@@ -48,11 +48,11 @@ Result<void> CrashCampaign::crash() {
 
 Result<void> CrashCampaign::check(const std::string& file) {
   if (rig_->receipts() == 0 && !std::filesystem::exists(file)) return {};  // never came to be
-  auto store = SqliteStore::open(file, SqliteStore::Access::kWrite);
+  auto store = store::SqliteStore::open(file, store::SqliteStore::Access::kWrite);
   if (!store) return lost(file, "cannot be opened: " + store.error().message);
   if (auto whole = rig_->check(**store); !whole) return lost(file, whole.error().message);
   store->reset();
-  auto database = Database::open(file, Database::Mode::kReadWrite);
+  auto database = store::Database::open(file, store::Database::Mode::kReadWrite);
   if (!database) return lost(file, database.error().message);
   const auto verdict = database->text("PRAGMA integrity_check");
   if (!verdict) return lost(file, verdict.error().message);

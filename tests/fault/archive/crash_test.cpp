@@ -1,6 +1,6 @@
 #include <gtest/gtest.h>
 
-#include "services/archive/sqlite_store.hpp"
+#include "services/store/sqlite_store.hpp"
 #include "tests/fault/archive/crash_campaign.hpp"
 #include "tests/fault/archive/faulty_disk.hpp"
 #include "tests/support/process.hpp"
@@ -40,7 +40,7 @@ TEST(ArchiveCrash, FaultyDiskLosesWhatWasNotSynced) {
   for (std::uint64_t seed = 0; seed < 20; ++seed) {
     FaultyDisk disk(seed);
     {
-      auto database = Database::open(file, Database::Mode::kReadWrite);
+      auto database = store::Database::open(file, store::Database::Mode::kReadWrite);
       ASSERT_TRUE(database);
       ASSERT_EQ(*database->text("PRAGMA journal_mode = WAL"), "wal");
       ASSERT_TRUE(
@@ -49,7 +49,7 @@ TEST(ArchiveCrash, FaultyDiskLosesWhatWasNotSynced) {
       disk.fail_at(disk.operations() + 1, FaultyDisk::Failure::kPowerLoss);
     }
     disk.lose_power();
-    auto database = Database::open(file, Database::Mode::kReadWrite);
+    auto database = store::Database::open(file, store::Database::Mode::kReadWrite);
     ASSERT_TRUE(database);
     const auto rows = database->number("SELECT count(*) FROM t");
     ASSERT_TRUE(rows) << rows.error().message;
@@ -62,11 +62,11 @@ TEST(ArchiveCrash, FaultyDiskLosesWhatWasNotSynced) {
 TEST(ArchiveCrash, FaultyDiskRefusesTheChosenOperation) {
   const tonus::testing::TemporaryFolder folder;
   FaultyDisk disk(1);
-  const auto store = SqliteStore::open(folder / "study.sqlite", SqliteStore::Access::kWrite);
+  const auto store = store::SqliteStore::open(folder / "study.sqlite", store::SqliteStore::Access::kWrite);
   ASSERT_TRUE(store) << store.error().message;
   disk.fail_at(disk.operations() + 1, FaultyDisk::Failure::kError);
-  Batch batch;
-  batch.sessions = {SessionRecord{}};
+  store::Batch batch;
+  batch.sessions = {store::SessionRecord{}};
   const auto refused = (*store)->commit(batch);
   ASSERT_FALSE(refused);
   EXPECT_EQ(refused.error().code, ErrorCode::kIo);

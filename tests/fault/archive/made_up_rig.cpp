@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/archive/sample_reader.hpp"
+#include "services/store/sample_reader.hpp"
 
 namespace tonus::archive::testing {
 namespace {
@@ -96,8 +96,8 @@ std::vector<MadeUpRig::Trial> MadeUpRig::trials_without_receipt() const {
   return trials;
 }
 
-Result<void> MadeUpRig::check_samples(Store& store, SequenceRange range) const {
-  const auto samples = read_samples(store, stream(), range);
+Result<void> MadeUpRig::check_samples(store::Store& store, store::SequenceRange range) const {
+  const auto samples = store::read_samples(store, stream(), range);
   if (!samples) return lost(samples.error().message);
   for (std::uint64_t n = range.first; n < range.end; ++n) {
     if ((*samples)[n - range.first] != sample_at(n)) return lost(fmt::format("sample {} is another one", n));
@@ -105,7 +105,7 @@ Result<void> MadeUpRig::check_samples(Store& store, SequenceRange range) const {
   return {};
 }
 
-Result<void> MadeUpRig::check(Store& store) const {
+Result<void> MadeUpRig::check(store::Store& store) const {
   if (through_ > 0) {
     if (auto whole = check_samples(store, {0, through_}); !whole) return whole;
   }

@@ -6,8 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "services/archive/store.hpp"
 #include "services/core/result.hpp"
+#include "services/store/store.hpp"
 
 #include <idl/archive.h>
 #include <idl/rig.h>
@@ -25,14 +25,14 @@ class MadeUpRig {
   struct Trial {
     Id id{};
     std::uint32_t attempt = 0;
-    SequenceRange range;
+    store::SequenceRange range;
   };
 
   explicit MadeUpRig(std::uint64_t epoch) : epoch_(epoch) {}
 
   [[nodiscard]] static Id id() { return id_of("rig/campaign"); }
   [[nodiscard]] static Id session() { return id_of("session of the campaign"); }
-  [[nodiscard]] StreamKey stream() const { return {id(), epoch_}; }
+  [[nodiscard]] store::StreamKey stream() const { return {id(), epoch_}; }
 
   /// Runs one more trial.
   Trial next_trial();
@@ -52,11 +52,11 @@ class MadeUpRig {
 
   /// kDataLoss where the store misses, or has otherwise than sent, a sample or a trial that a receipt was
   /// given for.
-  [[nodiscard]] Result<void> check(Store& store) const;
+  [[nodiscard]] Result<void> check(store::Store& store) const;
 
  private:
   [[nodiscard]] static Trial trial_at(std::uint64_t sequence);
-  [[nodiscard]] Result<void> check_samples(Store& store, SequenceRange range) const;
+  [[nodiscard]] Result<void> check_samples(store::Store& store, store::SequenceRange range) const;
 
   std::uint64_t epoch_;
   std::uint64_t next_ = 0;

@@ -2,8 +2,8 @@
 #include <gtest/gtest.h>
 
 #include "idl/topics.hpp"
-#include "services/archive/open_store.hpp"
 #include "services/core/clock.hpp"
+#include "services/store/open_store.hpp"
 #include "tests/fault/archive/rig_end.hpp"
 #include "tests/support/postgres/postgres_server.hpp"
 #include "tests/support/process.hpp"
@@ -84,7 +84,7 @@ TEST_F(PostgresRestart, LosesNothingWhenTheServerIsKilledInMidSession) {
   archive_->signal(SIGTERM);
   EXPECT_EQ(archive_->wait(10s), 0) << archive_->output();
 
-  const auto store = open_store_for_reading(url_);
+  const auto store = store::open_store_for_reading(url_);
   ASSERT_TRUE(store) << store.error().message;
   const auto whole = rig_.check(**store);
   EXPECT_TRUE(whole) << whole.error().message;

@@ -3,9 +3,9 @@
 
 #include "idl/topics.hpp"
 #include "services/archive/ingest.hpp"
-#include "services/archive/sqlite_store.hpp"
 #include "services/archive/wire.hpp"
 #include "services/bus/typed.hpp"
+#include "services/store/sqlite_store.hpp"
 #include "tests/fault/archive/crash_campaign.hpp"
 #include "tests/fault/archive/faulty_disk.hpp"
 
@@ -19,7 +19,7 @@ constexpr int kMostTrials = 120;
 /// An archive's core and a rig that talk to each other without a bus.
 class Life {
  public:
-  Life(MadeUpRig& rig, Store& store, std::mt19937_64& generator)
+  Life(MadeUpRig& rig, store::Store& store, std::mt19937_64& generator)
       : rig_(rig), generator_(generator), ingest_(store, clock_) {}
 
   Result<void> start() {
@@ -97,7 +97,7 @@ Result<void> PowerLossCampaign::live(const std::string& file, MadeUpRig& rig) {
     disk.fail_at(draw(1, last), FaultyDisk::Failure::kError);
   disk.fail_at(last, FaultyDisk::Failure::kPowerLoss);
   {
-    auto store = SqliteStore::open(file, SqliteStore::Access::kWrite);
+    auto store = store::SqliteStore::open(file, store::SqliteStore::Access::kWrite);
     if (!store && !disk.has_failed()) return store.error();
     if (!store) ++counts_.failed_starts;
     if (store) {

@@ -78,7 +78,7 @@ Result<void> RigEnd::take_receipts() {
   return {};
 }
 
-void RigEnd::send(SequenceRange range, bool is_resent) {
+void RigEnd::send(store::SequenceRange range, bool is_resent) {
   for (std::uint64_t first = range.first; first < range.end;) {
     const auto block = rig_->block(first, kBlockSamples, is_resent);
     if (block.samples().empty()) return;

@@ -35,7 +35,7 @@ class RigEnd {
   RigEnd(MadeUpRig& rig, std::unique_ptr<bus::Bus> bus, bus::TypedWriter<v1::SampleBlock> samples,
          bus::TypedWriter<v1::TrialOutcome> outcomes, bus::TypedWriter<v1::RigState> states,
          bus::TypedReader<v1::ArchiveReceipt> receipts, bus::TypedReader<v1::ArchiveResend> resends);
-  void send(SequenceRange range, bool is_resent);
+  void send(store::SequenceRange range, bool is_resent);
 
   MadeUpRig* rig_;
   std::unique_ptr<bus::Bus> bus_;

@@ -65,8 +65,8 @@ TEST(UnopenableStore, EndsTheProgramWhereItsNameIsNotAllowed) {
       folder / "log");
   EXPECT_EQ(archive.wait(20s), 1);
   EXPECT_EQ(archive.output(),
-            "tonus-archive: store 'mysql://ann:***@host/study': is not allowed: the path of a file, "
-            "postgresql://... or :memory: is needed\n");
+            "tonus-archive: store 'mysql://ann:***@host/study': is not allowed; expected the path of a file, "
+            "postgresql://... or :memory:\n");
 }
 
 }  // namespace

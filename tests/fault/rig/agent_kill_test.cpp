@@ -21,9 +21,9 @@ TEST(AgentKilledInMidTrial, ItsSpooledSamplesAreArchivedAndTheTrialIsBrokenOffAn
   ASSERT_EQ(kill(system.service("tonus-rig-agent"), SIGKILL), 0);
   ASSERT_EQ(system.finish_session(kLimit), 0) << system.everything_printed();
 
-  const archive::Session session = system.archived();
+  const store::Session session = system.archived();
   std::set<std::uint32_t> counted;
-  const archive::SessionTrial* broken = nullptr;
+  const store::SessionTrial* broken = nullptr;
   for (const auto& t : session.trials) {
     if (t.verdict && t.verdict->value.is_valid()) counted.insert(t.verdict->value.planned_index());
     if (t.outcome && t.outcome->value.end() == v1::TRIAL_BROKEN_OFF) {

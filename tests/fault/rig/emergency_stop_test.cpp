@@ -5,7 +5,7 @@
 
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
-#include "services/archive/open_store.hpp"
+#include "services/store/open_store.hpp"
 #include "tests/fault/rig/live_system.hpp"
 
 namespace tonus::testing {
@@ -16,11 +16,11 @@ constexpr std::chrono::seconds kLimit{60};
 template <typename T>
 std::vector<T> archived(const std::filesystem::path& store_file, const bus::Topic<T>& topic) {
   std::vector<T> messages;
-  auto store = archive::open_store_for_reading(store_file.string());
+  auto store = store::open_store_for_reading(store_file.string());
   if (!store) return messages;
-  archive::MessageQuery query;
+  store::MessageQuery query;
   query.topic = topic.spec.name;
-  const auto visited = (*store)->visit_messages(query, [&](const archive::Message& message) -> Result<void> {
+  const auto visited = (*store)->visit_messages(query, [&](const store::Message& message) -> Result<void> {
     auto decoded = bus::decode<T>(*message.payload);
     if (!decoded) return decoded.error();
     messages.push_back(std::move(*decoded));

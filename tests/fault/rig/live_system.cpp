@@ -8,9 +8,9 @@
 #include <stdexcept>
 
 #include "idl/topics.hpp"
-#include "services/archive/open_store.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus::testing {
 namespace {
@@ -106,10 +106,10 @@ void LiveSystem::signal_others(int signal) const {
   if (run_) run_->signal(signal);
 }
 
-archive::Session LiveSystem::archived() const {
-  auto store = needed(archive::open_store_for_reading(store_file().string()));
-  const auto record = needed(archive::find_session(*store, "last"));
-  return needed(archive::read_session(*store, record.session));
+store::Session LiveSystem::archived() const {
+  auto store = needed(store::open_store_for_reading(store_file().string()));
+  const auto record = needed(store::find_session(*store, "last"));
+  return needed(store::read_session(*store, record.session));
 }
 
 std::uint64_t LiveSystem::spooled_bytes() const {
@@ -134,7 +134,7 @@ std::string LiveSystem::everything_printed() const {
 }
 
 std::string missing_samples(const std::filesystem::path& store_file) {
-  auto store = needed(archive::open_store_for_reading(store_file.string()));
+  auto store = needed(store::open_store_for_reading(store_file.string()));
   const auto streams = needed(store->streams());
   if (streams.empty()) return "there are no streams";
   for (const auto& stream : streams) {
@@ -147,7 +147,7 @@ std::string missing_samples(const std::filesystem::path& store_file) {
     std::uint64_t next = whole.first;
     std::string gap;
     const auto visited =
-        store->visit_blocks({stream.key, whole}, [&](const archive::Block& block) -> Result<void> {
+        store->visit_blocks({stream.key, whole}, [&](const store::Block& block) -> Result<void> {
           if (block.first_sequence > next)
             gap = fmt::format("stream {}: no block has {}", stream.key.epoch, next);
           next = std::max(next, block.range().end);

@@ -7,9 +7,9 @@
 #include <string>
 #include <vector>
 
-#include "services/archive/session_reader.hpp"
 #include "services/bus/bus.hpp"
 #include "services/bus/typed.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -42,7 +42,7 @@ class LiveSystem {
   void signal_others(int signal) const;
 
   /// The session as the archive holds it.
-  [[nodiscard]] archive::Session archived() const;
+  [[nodiscard]] store::Session archived() const;
   [[nodiscard]] std::filesystem::path store_file() const { return folder_ / "data" / "archive.sqlite"; }
   [[nodiscard]] std::uint64_t spooled_bytes() const;
   [[nodiscard]] std::string everything_printed() const;

@@ -42,7 +42,7 @@ Result<void> stop_bus() {
 
 Result<void> start_bus() { return test::run_program({"nft", "delete", "table", "inet", "stall"}); }
 
-void count_trials(const archive::Session& session, StallReport& report) {
+void count_trials(const store::Session& session, StallReport& report) {
   std::set<std::uint32_t> counted;
   for (const auto& trial : session.trials) {
     if (trial.outcome && trial.outcome->value.end() == v1::TRIAL_FAULTED) ++report.faulted_trials;

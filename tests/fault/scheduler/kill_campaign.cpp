@@ -9,10 +9,10 @@
 #include <spdlog/fmt/fmt.h>
 #include <thread>
 
-#include "services/archive/open_store.hpp"
-#include "services/archive/session_reader.hpp"
 #include "services/scheduler/journal.hpp"
 #include "services/scheduler/ledger.hpp"
+#include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -78,11 +78,11 @@ Result<Trials> counted_in_journal(const std::filesystem::path& folder) {
 }
 
 Result<Trials> valid_in_archive(const std::filesystem::path& file) {
-  auto store = archive::open_store_for_reading(file.string());
+  auto store = store::open_store_for_reading(file.string());
   if (!store) return store.error();
-  const auto record = archive::find_session(**store, "last");
+  const auto record = store::find_session(**store, "last");
   if (!record) return record.error();
-  const auto session = archive::read_session(**store, record->session);
+  const auto session = store::read_session(**store, record->session);
   if (!session) return session.error();
   Trials valid;
   for (const auto& trial : session->trials) {

@@ -6,7 +6,7 @@
 
 #include "analysis_service/impedance/arm_model.hpp"
 #include "analysis_service/impedance/trial.hpp"
-#include "services/core/rig_geometry.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::impedance::test {
 

@@ -17,9 +17,9 @@ constexpr int kDirections = 8;
 /// The loop and its driver, and every sample that it took.
 class Rig {
  public:
-  static Result<std::unique_ptr<Rig>> create(const plant::Profile& profile) {
+  static Result<std::unique_ptr<Rig>> create(const simulation::Profile& profile) {
     auto rig = std::unique_ptr<Rig>(new Rig(profile));
-    const control::LoopConfig config = plant::loop_config(profile);
+    const control::LoopConfig config = simulation::loop_config(profile);
     if (auto done = rig->driver_.configure(1.0 / config.rate); !done) return done.error();
     if (auto done = rig->driver_.activate(); !done) return done.error();
     auto loop = control::RigLoop::create(rig->driver_, config);
@@ -51,7 +51,7 @@ class Rig {
   [[nodiscard]] const std::vector<control::SampleRecord>& samples() const { return samples_; }
 
  private:
-  explicit Rig(const plant::Profile& profile) : driver_(profile) {}
+  explicit Rig(const simulation::Profile& profile) : driver_(profile) {}
 
   void step() {
     loop_->keep_alive();
@@ -97,7 +97,7 @@ const std::vector<Posture>& published_postures() {
   return postures;
 }
 
-Result<recording::Recording> measure(const plant::Profile& profile, const Posture& posture,
+Result<recording::Recording> measure(const simulation::Profile& profile, const Posture& posture,
                                      const Procedure& procedure, std::int64_t first_trial) {
   auto rig = Rig::create(profile);
   if (!rig) return rig.error();
@@ -111,7 +111,7 @@ Result<recording::Recording> measure(const plant::Profile& profile, const Postur
   record.posture_position = posture.position;
   record.sampling_frequency = profile.loop_rate / profile.sample_divider;
   record.is_raw = true;
-  record.rig = plant::rig_geometry(profile);
+  record.rig = simulation::rig_geometry(profile);
   record.shoulder = control::shoulder_for(profile.manipulandum.home, posture.position);
 
   const int trials = kDirections * procedure.sets;
@@ -142,12 +142,12 @@ Result<recording::Recording> measure(const plant::Profile& profile, const Postur
   return record;
 }
 
-plant::SubjectProfile cohort_subject(std::size_t index) {
+simulation::SubjectProfile cohort_subject(std::size_t index) {
   // Arms and stiffness differ by steps that share no factor with the number of subjects.
   const auto spread = [index](std::size_t stride) {
     return static_cast<double>((stride * index) % kCohort) / (kCohort - 1) - 0.5;  // -0.5 to 0.5
   };
-  plant::SubjectProfile subject;
+  simulation::SubjectProfile subject;
   subject.links = {0.31 + 0.04 * spread(3), 0.34 + 0.04 * spread(5)};
   subject.link_masses = {2.0 + 0.8 * spread(2), 1.5 + 0.5 * spread(7)};
   const double stiffness = 1.0 + 0.6 * spread(4);
@@ -173,7 +173,7 @@ const std::vector<TableFourRow>& table_four() {
   return rows;
 }
 
-plant::JointImpedance joint_impedance_of(const Eigen::Vector3d& elements) {
+simulation::JointImpedance joint_impedance_of(const Eigen::Vector3d& elements) {
   return {elements[0] - elements[2], elements[1] - elements[2], elements[2]};
 }
 

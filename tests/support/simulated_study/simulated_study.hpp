@@ -4,9 +4,9 @@
 #include <string>
 #include <vector>
 
-#include "rig_agent/plant/profile.hpp"
 #include "services/core/result.hpp"
 #include "services/recording/recording.hpp"
+#include "services/simulation/profile.hpp"
 
 /// Sessions on the simulated rig within one process: the realtime loop over the simulated driver, stepped as
 /// fast as it goes, without bus and services. What comes out is what an export of such a session holds.
@@ -35,14 +35,14 @@ struct Procedure {
 /// Measures one posture: all samples from the first trial's first to the last trial's last, raw counts and
 /// volts, with their events. `first_trial` numbers the first perturbation. Deterministic from the profile's
 /// seed. Errors: a loop or a trial that the rig's own validation refuses, a trial that is not completed.
-[[nodiscard]] Result<recording::Recording> measure(const plant::Profile& profile, const Posture& posture,
+[[nodiscard]] Result<recording::Recording> measure(const simulation::Profile& profile, const Posture& posture,
                                                    const Procedure& procedure = {},
                                                    std::int64_t first_trial = 1);
 
 /// Subjects 0 to 10 of Table IV: stiffness, inertia and the lengths of the arm differ, and joint damping is
 /// the row's time constants times the joint stiffness, element by element (hypothesis MS).
 inline constexpr std::size_t kCohort = 11;
-[[nodiscard]] plant::SubjectProfile cohort_subject(std::size_t index);
+[[nodiscard]] simulation::SubjectProfile cohort_subject(std::size_t index);
 
 /// tau_s, tau_e, tau_tj (s), zeta_s, zeta_e, zeta_tj of Table IV, a row a subject.
 struct TableFourRow {
@@ -54,6 +54,6 @@ struct TableFourRow {
 [[nodiscard]] const std::vector<TableFourRow>& table_four();
 
 /// Joint damping whose matrix is `elements` = (11, 22, 12), N m s/rad.
-[[nodiscard]] plant::JointImpedance joint_impedance_of(const Eigen::Vector3d& elements);
+[[nodiscard]] simulation::JointImpedance joint_impedance_of(const Eigen::Vector3d& elements);
 
 }  // namespace tonus::simulated

@@ -1,4 +1,4 @@
-// The token of a gateway that wants one: given once, kept for this tab. It may come in the address behind
+// The token of a gateway that requires one, entered once and kept for this tab. It may also come in the address after
 // #token=, which no server sees.
 
 const KEY = "tonus-token";
@@ -13,7 +13,7 @@ export const token = (): string => sessionStorage.getItem(KEY) ?? "";
 export const keepToken = (secret: string): void => sessionStorage.setItem(KEY, secret);
 export const forgetToken = (): void => sessionStorage.removeItem(KEY);
 
-/// GET with the token; an error holds the gateway's own words.
+/// GET with the token; an error carries the gateway's message.
 export async function get(path: string): Promise<Response> {
   const secret = token();
   const response = await fetch(path, { headers: secret ? { Authorization: `Bearer ${secret}` } : {} });
@@ -22,7 +22,7 @@ export async function get(path: string): Promise<Response> {
   try {
     why = ((await response.json()) as { error: string }).error;
   } catch {
-    // not the gateway's words
+    // the response is not the gateway's JSON
   }
   throw new Error(why);
 }

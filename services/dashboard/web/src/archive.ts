@@ -1,11 +1,12 @@
-// The archive's page: past sessions, what was found in them, and reports.
+// The archive's page: past sessions, their results, and reports.
 
 import { get, getJson, token } from "./access";
 import { Connection } from "./connection";
-import { endNames, type Estimate, type TrialVerdict } from "./contract";
+import type { Estimate, TrialVerdict } from "./contract";
 import { el, panel, setText } from "./dom";
 import { groupReports, type Report, type ReportFile } from "./reports";
 import { archivedMessages } from "./framed_messages";
+import { endNames, nameOf } from "./names";
 import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
 
@@ -126,7 +127,7 @@ async function show(id: string): Promise<void> {
     const c = found.certificate;
     setText(
       facts,
-      `${found.subject}, ${found.protocol}, seed ${found.seed}, begun ${found.started_at}, version ${found.software_version}. ` +
+      `${found.subject}, ${found.protocol}, seed ${found.seed}, started ${found.started_at}, version ${found.software_version}. ` +
         `${found.trials.length} trials; samples: ${c.expected} expected, ${c.received} received, ${c.resent} resent, ${c.missing} missing.`,
     );
     facts.dataset["session"] = id;
@@ -148,7 +149,7 @@ function trialRow(trial: SessionDetail["trials"][number], verdict?: TrialVerdict
     {},
     el("td", {}, String(trial.attempt)),
     el("td", {}, trial.posture),
-    el("td", {}, endNames[trial.end] ?? "?"),
+    el("td", {}, nameOf(endNames, trial.end)),
     el("td", { class: verdict?.is_valid ? "good" : "bad", title: verdict?.detail }, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "none"),
     el("td", { class: c.missing > 0 ? "number bad" : "number" }, `${c.received} of ${c.expected}`),
     el("td", {}, trial.is_certified ? "yes" : "no"),

@@ -1,10 +1,11 @@
-// The connection to the gateway: the Foxglove WebSocket protocol, kept up by itself. Subscriptions are by topic
-// and outlive a break of the connection; who asks is told of every break.
+// The connection to the gateway: the Foxglove WebSocket protocol, which reconnects by itself. Subscriptions are by
+// topic and survive a lost connection; handlers are told of every change of state.
 
 import { parse as parseSchema } from "./schemas";
 import { FoxgloveClient, type Channel } from "@foxglove/ws-protocol";
 import { forgetToken, token } from "./access";
-import type { OperatorReply } from "./contract";
+import type { OperatorReply } from "./gateway_messages";
+import { hex } from "./names";
 
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 3000;
@@ -59,7 +60,7 @@ export class Connection {
     return this.#state;
   }
 
-  /// Messages that could not be read; others than none are to be told.
+  /// Messages that could not be decoded; the page shows any number but 0.
   get undecoded(): number {
     return this.#undecoded;
   }
@@ -71,17 +72,17 @@ export class Connection {
 
   subscribe<T>(topic: string, handler: (arrival: Arrival<T>) => void): void {
     const wanted = this.#wanted.get(topic) ?? { handlers: new Set<Handler>() };
-    wanted.handlers.add(handler as Handler);
+    wanted.handlers.add(handler);
     this.#wanted.set(topic, wanted);
     this.#subscribeIfPossible(topic, wanted);
   }
 
-  /// The text that a topic's type is defined by, where the gateway has said it.
+  /// The IDL text of a topic's type, once the gateway has advertised it.
   schemaOf(topic: string): string | undefined {
     return this.#channels.get(topic)?.schema;
   }
 
-  /// As schemaOf, as soon as there is a connection.
+  /// As schemaOf, but waits for the connection.
   async schema(topic: string): Promise<string> {
     for (;;) {
       const text = this.schemaOf(topic);
@@ -90,8 +91,8 @@ export class Connection {
     }
   }
 
-  /// Asks the scheduler or the rig for something; the answer is what they say. Repeated after a break, with the
-  /// same id, so that it is done once.
+  /// Sends a request to the scheduler or the rig and resolves with their reply. It is repeated with the same id until
+  /// then, so that it is done once.
   request(name: string, fields: Record<string, unknown> = {}): Promise<OperatorReply> {
     const id = randomId();
     const body = { request_id: id, request: name, ...fields };
@@ -146,14 +147,14 @@ export class Connection {
         value = wanted.decode(data as DataView);
       } catch (error) {
         this.#undecoded += 1;
-        console.error(`a message of ${wanted.channel?.topic ?? "?"} cannot be decoded`, error);
+        console.error(`decoding a message of ${wanted.channel?.topic ?? "?"} failed`, error);
         return;
       }
       for (const handler of wanted.handlers) handler({ value: value as never, writtenNs: timestamp });
     });
     client.on("status", (status) => console.warn("gateway:", status.message));
     client.on("error", () => undefined); // the close follows
-    client.on("close", (event) => this.#onClose(client, event as CloseEvent));
+    client.on("close", (event) => this.#onClose(client, event));
   }
 
   #onClose(client: FoxgloveClient, event: CloseEvent): void {
@@ -171,7 +172,7 @@ export class Connection {
     await new Promise((resolve) => setTimeout(resolve, this.#pause));
     this.#pause = Math.min(2 * this.#pause, LONGEST_PAUSE_MS);
     if (await isTokenRefused()) {
-      const why = token() ? "This token is not known to the gateway." : "The gateway wants a token.";
+      const why = token() ? "The gateway does not know this token." : "The gateway requires a token.";
       forgetToken();
       this.#setState("refused", why);
       return;
@@ -191,7 +192,7 @@ export class Connection {
     if (!this.#client || performance.now() - this.#heardAt < SILENCE_MS) return;
     const client = this.#client;
     this.#socket?.close();
-    // A close that nobody answers takes long: this one counts as done.
+    // The closing handshake takes long where nobody answers: treat the connection as closed now.
     this.#onClose(client, new CloseEvent("close", { reason: "the gateway has been silent" }));
   }
 
@@ -233,6 +234,5 @@ async function isTokenRefused(): Promise<boolean> {
 }
 
 export function randomId(): string {
-  const octets = crypto.getRandomValues(new Uint8Array(16));
-  return Array.from(octets, (octet) => octet.toString(16).padStart(2, "0")).join("");
+  return hex(crypto.getRandomValues(new Uint8Array(16)));
 }

@@ -1,133 +1,32 @@
-// The messages that the pages read, as omgidl-serialization decodes them: 64-bit integers are bigint, octet[16]
-// is a Uint8Array, enumerations are numbers. Units are in the names; the contract is in idl/.
+// Generated from idl/*.idl by generate_contract.mjs; do not edit. 64-bit integers are bigint; units are in the names.
 
-export type Id = Uint8Array;
+export const ReceiptKind = {
+  RECEIPT_STREAM: 0,
+  RECEIPT_TRIAL: 1,
+  RECEIPT_SESSION: 2,
+} as const;
+export type ReceiptKind = (typeof ReceiptKind)[keyof typeof ReceiptKind];
 
-export interface RigDescription {
-  rig_id: Id;
-  name: string;
-  driver: string;
-  kind: number;
-  link_lengths_m: Float64Array;
-  encoder_counts_per_unit: Float64Array;
-  encoder_zero_count: Float64Array;
-  encoder_sign: Float64Array;
-  force_calibration_N_per_V: Float64Array;
-  force_offset_V: Float64Array;
-  force_sensor_angle_rad: number;
-  home_m: Float64Array;
-  sample_rate_Hz: number;
-  displacement_unit: string;
-  force_unit: string;
-}
-
-export interface RigState {
-  rig_id: Id;
+export interface ArchiveReceipt {
+  subject_id: Uint8Array;
+  kind: ReceiptKind;
+  rig_id: Uint8Array;
+  session_id: Uint8Array;
   epoch: bigint;
-  mode: number;
-  next_sequence: bigint;
-  received_through: bigint;
-  spool_bytes: bigint;
-  fault_bits: number;
-  fault: string;
-  overruns: bigint;
-  dropped_samples: bigint;
-  is_realtime_paced: boolean;
+  through_sequence: bigint;
+  expected_samples: bigint;
+  received_samples: bigint;
+  resent_samples: bigint;
+  duplicated_samples: bigint;
+  missing_samples: bigint;
 }
 
-export interface RigSample {
-  acquisition_ns: bigint;
-  encoder_count: Float64Array;
-  force_V: Float64Array;
-  commanded_m: Float64Array;
-  phase: number;
-  flags: number;
-}
-
-export interface SampleBlock {
-  trial_id: Id;
+export interface ArchiveResend {
+  rig_id: Uint8Array;
   epoch: bigint;
   first_sequence: bigint;
-  is_resent: boolean;
-  samples: RigSample[];
-}
-
-export interface ServiceHealth {
-  instance_id: Id;
-  role: number;
-  name: string;
-  is_ready: boolean;
-  state: string;
-  software_version: string;
-  vendor: string;
-  process_id: bigint;
-  lag_s: number;
-  queue_depth: bigint;
-  dropped: bigint;
-  is_leaving: boolean;
-}
-
-export interface SessionPlan {
-  session_id: Id;
-  subject: string;
-  protocol_name: string;
-  planned_trials: number;
-  postures: { name: string; position_m: Float64Array; trials: number }[];
-  started_at: string;
-}
-
-export interface SessionState {
-  session_id: Id;
-  phase: number;
-  waiting_for: string;
-  message: string;
-  posture: string;
-  trial_id: Id;
-  attempts: number;
-  counted: number;
-  rejected: number;
-  planned: number;
-  remaining_s: number;
-  experiment_s: number;
-}
-
-export interface SessionCue {
-  session_id: Id;
-  target_m: Float64Array;
-  target_diameter_m: number;
-  instruction: string;
-  shows_cursor: boolean;
-}
-
-export interface TrialProgram {
-  session_id: Id;
-  attempt: number;
-  posture: string;
-  posture_m: Float64Array;
-  shoulder_origin_m: Float64Array;
-  shoulder_angle_rad: number;
-  set_number: number;
-  instruction: string;
-  direction_deg: number;
-  amplitude_m: number;
-  bias_N: Float64Array;
-  recording_index: number;
-}
-
-export interface TrialOutcome {
-  trial_id: Id;
-  program: TrialProgram;
-  end: number;
-  detail: string;
-}
-
-export interface TrialVerdict {
-  trial_id: Id;
-  session_id: Id;
-  attempt: number;
-  posture_index: number;
-  is_valid: boolean;
-  detail: string;
+  last_sequence: bigint;
+  requested_by: string;
 }
 
 export interface MatrixEstimate {
@@ -149,9 +48,25 @@ export interface VectorEstimate {
   high95: Float64Array;
 }
 
+export const EstimateStatus = {
+  ESTIMATE_OK: 0,
+  ESTIMATE_UNDETERMINED: 1,
+  ESTIMATE_SUSPECT: 2,
+} as const;
+export type EstimateStatus = (typeof EstimateStatus)[keyof typeof EstimateStatus];
+
+export interface TrialRange {
+  attempt: number;
+  epoch: bigint;
+  first_sequence: bigint;
+  onset_sequence: bigint;
+  last_sequence: bigint;
+}
+
 export interface Estimate {
-  estimate_id: Id;
-  session_id: Id;
+  estimate_id: Uint8Array;
+  session_id: Uint8Array;
+  rig_id: Uint8Array;
   posture: string;
   posture_index: number;
   posture_m: Float64Array;
@@ -163,7 +78,7 @@ export interface Estimate {
   axes: number;
   displacement_unit: string;
   force_unit: string;
-  status: number;
+  status: EstimateStatus;
   reasons: string[];
   trials_used: number;
   trials_rejected: number;
@@ -174,70 +89,402 @@ export interface Estimate {
   spring_centre_m: VectorEstimate;
   sigma_N: Float64Array;
   condition_number: number;
+  degrees_of_freedom: number;
+  natural_frequency_Hz: number;
+  damping_ratio: number;
+  cutoff_Hz: number;
+  window_s: number;
   settled_s: number;
+  trials: TrialRange[];
 }
 
-export interface GatewayStatus {
-  utc_ns: number;
-  clients: { id: number; peer: string; role: string; thinned: number; waiting_messages: number }[];
-  thinned: number;
-  arrival_drops: number;
+export const RigKind = {
+  RIG_TWO_LINK: 0,
+  RIG_CARTESIAN: 1,
+  RIG_ONE_AXIS: 2,
+} as const;
+export type RigKind = (typeof RigKind)[keyof typeof RigKind];
+
+export interface RigDescription {
+  rig_id: Uint8Array;
+  name: string;
+  driver: string;
+  kind: RigKind;
+  link_lengths_m: Float64Array;
+  encoder_counts_per_unit: Float64Array;
+  encoder_zero_count: Float64Array;
+  encoder_sign: Float64Array;
+  force_calibration_N_per_V: Float64Array;
+  force_offset_V: Float64Array;
+  force_sensor_angle_rad: number;
+  force_saturation_V: number;
+  handle_mass_kg: number;
+  home_m: Float64Array;
+  loop_rate_Hz: number;
+  sample_rate_Hz: number;
+  displacement_unit: string;
+  force_unit: string;
+  calibrated_at: string;
+  calibrated_by: string;
+  calibration_toml: string;
 }
 
-export interface OperatorReply {
-  request_id: string;
-  request: string;
-  is_done: boolean;
-  message: string;
+export const RigMode = {
+  RIG_STARTING: 0,
+  RIG_IDLE: 1,
+  RIG_IN_TRIAL: 2,
+  RIG_FAULT: 3,
+} as const;
+export type RigMode = (typeof RigMode)[keyof typeof RigMode];
+
+export interface RigState {
+  rig_id: Uint8Array;
+  epoch: bigint;
+  mode: RigMode;
+  trial_id: Uint8Array;
+  next_sequence: bigint;
+  received_through: bigint;
+  spool_bytes: bigint;
+  fault_bits: number;
+  fault: string;
+  overruns: bigint;
+  dropped_samples: bigint;
+  is_realtime_paced: boolean;
+  rig_clock_ns: bigint;
+}
+
+export const TrialPhase = {
+  PHASE_IDLE: 0,
+  PHASE_CENTRING: 1,
+  PHASE_WAITING: 2,
+  PHASE_BIAS_RAMP: 3,
+  PHASE_BIAS_HOLD: 4,
+  PHASE_PERTURBING: 5,
+  PHASE_RETURNING: 6,
+  PHASE_SAFE: 7,
+} as const;
+export type TrialPhase = (typeof TrialPhase)[keyof typeof TrialPhase];
+
+export interface RigSample {
+  acquisition_ns: bigint;
+  encoder_count: Float64Array;
+  force_V: Float64Array;
+  commanded_m: Float64Array;
+  phase: number;
+  flags: number;
+}
+
+export interface SampleBlock {
+  rig_id: Uint8Array;
+  session_id: Uint8Array;
+  trial_id: Uint8Array;
+  epoch: bigint;
+  first_sequence: bigint;
+  is_resent: boolean;
+  send_ns: bigint;
+  samples: RigSample[];
+}
+
+export interface RigTiming {
+  rig_id: Uint8Array;
+  epoch: bigint;
+  scheduling: string;
+  period_s: number;
+  cycles: bigint;
+  overruns: bigint;
+  missed_periods: bigint;
+  worst_lateness_ns: bigint;
+  lateness_count: BigUint64Array;
+}
+
+export interface FlightCycle {
+  cycle: bigint;
+  now_ns: bigint;
+  encoder_count: Float64Array;
+  force_V: Float64Array;
+  position_m: Float64Array;
+  velocity_m_per_s: Float64Array;
+  force_N: Float64Array;
+  reference_m: Float64Array;
+  torque_Nm: Float64Array;
+  fault_bits: number;
+  missed_periods: number;
+  phase: number;
+}
+
+export interface FlightRecord {
+  part_id: Uint8Array;
+  rig_id: Uint8Array;
+  epoch: bigint;
+  fault_number: number;
+  fault: string;
+  part: number;
+  parts: number;
+  cycles: FlightCycle[];
+}
+
+export const RigRequest = {
+  RIG_EMERGENCY_STOP: 0,
+  RIG_CLEAR_FAULT: 1,
+  RIG_ABORT_TRIAL: 2,
+} as const;
+export type RigRequest = (typeof RigRequest)[keyof typeof RigRequest];
+
+export interface RigCommand {
+  rig_id: Uint8Array;
+  request_id: Uint8Array;
+  request: RigRequest;
+  trial_id: Uint8Array;
   requested_by: string;
 }
 
-export const roleNames = ["rig", "scheduler", "identification", "archive", "dashboard", "operator"];
-export const modeNames = ["starting", "idle", "in trial", "fault"];
-export const trialPhaseNames = [
-  "between trials",
-  "coming to the target",
-  "waiting at rest",
-  "bias force rising",
-  "holding against the bias force",
-  "perturbation",
-  "returning",
-  "stopped, safe",
-];
-export const phaseNames = [
-  "preparing",
-  "ready",
-  "running",
-  "pausing",
-  "paused",
-  "waiting",
-  "completing",
-  "completed",
-  "aborted",
-  "failed",
-];
-export const endNames = [
-  "completed",
-  "aborted",
-  "faulted",
-  "not centred",
-  "bias not reached",
-  "refused",
-  "broken off",
-];
-export const statusNames = ["ok", "undetermined", "suspect"];
+export interface RigReply {
+  rig_id: Uint8Array;
+  request_id: Uint8Array;
+  is_done: boolean;
+  message: string;
+  rig_clock_ns: bigint;
+}
 
-/// session/state's phases that the pages act on, of `phaseNames`.
-export const PAUSING = 3;
-export const PAUSED = 4;
-export const WAITING = 5;
-export const COMPLETING = 6;
-export const FAILED = 9;
-/// rig/state's modes, of `modeNames`.
-export const IN_TRIAL = 2;
-export const IN_FAULT = 3;
+export const Constants = {
+  SAMPLE_SATURATED: 1,
+  SAMPLE_MISSING: 2,
+} as const;
+export type Constants = (typeof Constants)[keyof typeof Constants];
 
-/// Phases in which a session still goes on.
-export const isActive = (phase: number): boolean => phase <= COMPLETING;
+export const ServiceRole = {
+  ROLE_RIG: 0,
+  ROLE_SCHEDULER: 1,
+  ROLE_IDENTIFICATION: 2,
+  ROLE_ARCHIVE: 3,
+  ROLE_DASHBOARD: 4,
+  ROLE_OPERATOR: 5,
+} as const;
+export type ServiceRole = (typeof ServiceRole)[keyof typeof ServiceRole];
 
-export const hex = (id: Id): string => Array.from(id, (octet) => octet.toString(16).padStart(2, "0")).join("");
+export interface ServiceHealth {
+  instance_id: Uint8Array;
+  role: ServiceRole;
+  name: string;
+  is_ready: boolean;
+  state: string;
+  idl_hash: Uint8Array;
+  software_version: string;
+  vendor: string;
+  started_ns: bigint;
+  process_id: bigint;
+  lag_s: number;
+  queue_depth: bigint;
+  dropped: bigint;
+  is_leaving: boolean;
+}
+
+export interface ServiceConfiguration {
+  instance_id: Uint8Array;
+  role: ServiceRole;
+  name: string;
+  software_version: string;
+  build: string;
+  configuration_toml: string;
+  started_ns: bigint;
+}
+
+export interface ClockProbe {
+  asker_id: Uint8Array;
+  answerer_id: Uint8Array;
+  number: bigint;
+  asked_ns: bigint;
+}
+
+export interface ClockEcho {
+  asker_id: Uint8Array;
+  answerer_id: Uint8Array;
+  number: bigint;
+  asked_ns: bigint;
+  received_ns: bigint;
+  answered_ns: bigint;
+}
+
+export interface ClockOffset {
+  pair_id: Uint8Array;
+  asker_id: Uint8Array;
+  answerer_id: Uint8Array;
+  offset_ns: bigint;
+  uncertainty_ns: bigint;
+  probes: bigint;
+  measured_ns: bigint;
+}
+
+export interface PlannedPosture {
+  name: string;
+  position_m: Float64Array;
+  trials: number;
+}
+
+export interface SessionPlan {
+  session_id: Uint8Array;
+  rig_id: Uint8Array;
+  subject: string;
+  protocol_name: string;
+  protocol_toml: string;
+  seed: bigint;
+  planned_trials: number;
+  postures: PlannedPosture[];
+  started_at: string;
+  software_version: string;
+}
+
+export const SessionPhase = {
+  SESSION_PREPARING: 0,
+  SESSION_READY: 1,
+  SESSION_RUNNING: 2,
+  SESSION_PAUSING: 3,
+  SESSION_PAUSED: 4,
+  SESSION_WAITING: 5,
+  SESSION_COMPLETING: 6,
+  SESSION_COMPLETED: 7,
+  SESSION_ABORTED: 8,
+  SESSION_FAILED: 9,
+} as const;
+export type SessionPhase = (typeof SessionPhase)[keyof typeof SessionPhase];
+
+export interface SessionState {
+  session_id: Uint8Array;
+  phase: SessionPhase;
+  waiting_for: string;
+  message: string;
+  posture: string;
+  trial_id: Uint8Array;
+  attempts: number;
+  counted: number;
+  rejected: number;
+  planned: number;
+  remaining_s: number;
+  experiment_s: number;
+}
+
+export const SessionRequest = {
+  SESSION_START: 0,
+  SESSION_PAUSE: 1,
+  SESSION_RESUME: 2,
+  SESSION_ABORT: 3,
+} as const;
+export type SessionRequest = (typeof SessionRequest)[keyof typeof SessionRequest];
+
+export interface SessionCommand {
+  session_id: Uint8Array;
+  request_id: Uint8Array;
+  request: SessionRequest;
+  protocol_toml: string;
+  subject: string;
+  seed: bigint;
+  requested_by: string;
+}
+
+export interface SessionReply {
+  session_id: Uint8Array;
+  request_id: Uint8Array;
+  is_done: boolean;
+  message: string;
+}
+
+export interface SessionCue {
+  session_id: Uint8Array;
+  target_m: Float64Array;
+  target_diameter_m: number;
+  instruction: string;
+  shows_cursor: boolean;
+}
+
+export const TrialKind = {
+  TRIAL_PERTURBATION: 0,
+  TRIAL_RECORDING: 1,
+} as const;
+export type TrialKind = (typeof TrialKind)[keyof typeof TrialKind];
+
+export interface TrialProgram {
+  session_id: Uint8Array;
+  rig_id: Uint8Array;
+  attempt: number;
+  planned_index: number;
+  kind: TrialKind;
+  posture: string;
+  posture_index: number;
+  posture_m: Float64Array;
+  shoulder_origin_m: Float64Array;
+  shoulder_angle_rad: number;
+  set_number: number;
+  instruction: string;
+  direction_deg: number;
+  amplitude_m: number;
+  rise_time_s: number;
+  hold_s: number;
+  wait_s: number;
+  bias_N: Float64Array;
+  bias_ramp_s: number;
+  bias_hold_s: number;
+  bias_threshold_N: number;
+  recording_index: number;
+  recording_event: number;
+}
+
+export interface TrialCommand {
+  trial_id: Uint8Array;
+  program: TrialProgram;
+}
+
+export const TrialEnd = {
+  TRIAL_COMPLETED: 0,
+  TRIAL_ABORTED: 1,
+  TRIAL_FAULTED: 2,
+  TRIAL_NOT_CENTRED: 3,
+  TRIAL_BIAS_NOT_REACHED: 4,
+  TRIAL_REFUSED: 5,
+  TRIAL_BROKEN_OFF: 6,
+} as const;
+export type TrialEnd = (typeof TrialEnd)[keyof typeof TrialEnd];
+
+export interface TrialOutcome {
+  trial_id: Uint8Array;
+  program: TrialProgram;
+  epoch: bigint;
+  end: TrialEnd;
+  detail: string;
+  first_sequence: bigint;
+  onset_sequence: bigint;
+  last_sequence: bigint;
+  sample_rate_Hz: number;
+}
+
+export const VerdictReason = {
+  REASON_NOT_COMPLETED: 0,
+  REASON_OFF_TARGET: 1,
+  REASON_BIAS_NOT_REACHED: 2,
+  REASON_BIAS_NOT_HELD: 3,
+  REASON_EARLY_REACTION: 4,
+  REASON_SATURATED: 5,
+  REASON_GAP: 6,
+  REASON_EXCURSION: 7,
+  REASON_NOT_AT_REST: 8,
+  REASON_UNKNOWN_RIG: 9,
+  REASON_LET_GO: 10,
+} as const;
+export type VerdictReason = (typeof VerdictReason)[keyof typeof VerdictReason];
+
+export interface TrialVerdict {
+  trial_id: Uint8Array;
+  session_id: Uint8Array;
+  attempt: number;
+  planned_index: number;
+  posture_index: number;
+  is_valid: boolean;
+  reasons: Uint32Array;
+  detail: string;
+  start_offset_m: number;
+  rest_speed_m_per_s: number;
+  rest_force_N: number;
+  excursion_m: number;
+  end_speed_m_per_s: number;
+  saturated_samples: number;
+  missing_samples: number;
+}

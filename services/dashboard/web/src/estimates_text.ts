@@ -1,7 +1,8 @@
 // Estimates as lines of text, for spreadsheets and programs.
 
-import { statusNames, type Estimate } from "./contract";
+import type { Estimate } from "./contract";
 import { conditionOf, elementNames, matrixNames, matrixOf } from "./matrices";
+import { nameOf, statusNames } from "./names";
 
 const heads = [
   "condition", "posture_x_m", "posture_y_m", "bias_x_N", "bias_y_N", "set", "instruction", "method", "model",
@@ -19,7 +20,7 @@ function fieldsOf(estimate: Estimate): (string | number)[] {
   });
   return [
     conditionOf(estimate), ...estimate.posture_m, ...estimate.bias_N, estimate.set_number, estimate.instruction,
-    estimate.method, estimate.model, statusNames[estimate.status] ?? "?", estimate.trials_used,
+    estimate.method, estimate.model, nameOf(statusNames, estimate.status), estimate.trials_used,
     estimate.trials_rejected, ...numbers, ...estimate.spring_centre_m.value, ...estimate.sigma_N,
     estimate.displacement_unit, estimate.force_unit,
   ];

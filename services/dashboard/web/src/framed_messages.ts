@@ -1,4 +1,4 @@
-// Archived messages, as the gateway hands them out: each after its length.
+// Archived messages, as the gateway sends them: each preceded by its length, 32 bits, little-endian.
 
 import { get } from "./access";
 import { parse } from "./schemas";

@@ -1,8 +1,7 @@
-// From raw samples to the hand in the shoulder's frame: the same conversion as services/core/rig_geometry.cpp.
+// From raw samples to the hand in the shoulder's frame: the same conversion as services/mechanics/rig_geometry.cpp,
+// with which it shares the cases of tests/unit/services/mechanics/conversion_cases.json.
 
-import type { RigDescription, RigSample, TrialProgram } from "./contract";
-
-export const RIG_TWO_LINK = 0;
+import { RigKind, type RigDescription, type RigSample, type TrialProgram } from "./contract";
 
 export interface ShoulderPose {
   origin: [number, number]; // of S, in R, m
@@ -31,7 +30,7 @@ export function handOf(rig: RigDescription, pose: ShoulderPose, sample: RigSampl
   const v1 = sample.force_V[1]! - rig.force_offset_V[1]!;
   const c = rig.force_calibration_N_per_V;
   const sensed: [number, number] = [c[0]! * v0 + c[1]! * v1, c[2]! * v0 + c[3]! * v1];
-  if (rig.kind !== RIG_TWO_LINK) return { position: [q0, q1], force: sensed };
+  if (rig.kind !== RigKind.RIG_TWO_LINK) return { position: [q0, q1], force: sensed };
   const [l1, l2] = [rig.link_lengths_m[0]!, rig.link_lengths_m[1]!];
   const x = l1 * Math.cos(q0) + l2 * Math.cos(q0 + q1) - pose.origin[0];
   const y = l1 * Math.sin(q0) + l2 * Math.sin(q0 + q1) - pose.origin[1];

@@ -1,17 +1,9 @@
-// The operator's page: who is there, what goes on, and the means to steer it.
+// The operator's page: the services, the running session, and the controls.
 
 import { Connection } from "./connection";
 import {
-  FAILED,
-  IN_FAULT,
-  IN_TRIAL,
-  PAUSED,
-  PAUSING,
-  WAITING,
-  hex,
-  isActive,
-  phaseNames,
-  type GatewayStatus,
+  RigMode,
+  SessionPhase,
   type RigDescription,
   type RigState,
   type SampleBlock,
@@ -23,6 +15,8 @@ import {
 } from "./contract";
 import { el, facts, panel, setText, type Fact } from "./dom";
 import { Fresh, ageText, duration } from "./freshness";
+import type { GatewayStatus } from "./gateway_messages";
+import { hex, isActive, nameOf, sessionPhaseNames } from "./names";
 import { Roster } from "./roster";
 import { buildShell } from "./shell";
 import { StartForm } from "./start_form";
@@ -31,6 +25,8 @@ import { Trials } from "./trials";
 
 const REFRESH_MS = 250;
 const ABORT_AGAIN_MS = 4000;
+const pausedPhases: readonly SessionPhase[] = [SessionPhase.SESSION_PAUSING, SessionPhase.SESSION_PAUSED];
+const resumablePhases: readonly SessionPhase[] = [...pausedPhases, SessionPhase.SESSION_WAITING];
 
 const connection = new Connection();
 const { main, say } = buildShell(connection, "/");
@@ -68,11 +64,11 @@ main.append(
   ),
 );
 
-// Asking
+// Requests
 
 async function ask(name: string, fields: Record<string, unknown> = {}): Promise<void> {
   if (connection.state !== "connected") return say(`${name} was NOT sent: disconnected.`, true);
-  say(`${name}: asked, waiting for the answer…`);
+  say(`${name}: sent, waiting for the reply…`);
   const reply = await connection.request(name, fields);
   say(`${name}: ${reply.is_done ? "done" : "refused"}. ${reply.message}`, !reply.is_done);
 }
@@ -87,7 +83,7 @@ abort.addEventListener("click", () => {
     void ask("abort");
   } else {
     abortArmedAt = performance.now();
-    say(`Abort ends this session for good. Press Abort once more within ${ABORT_AGAIN_MS / 1000} s.`, true);
+    say(`Abort ends this session for good. Press Abort again within ${ABORT_AGAIN_MS / 1000} s.`, true);
   }
 });
 document.addEventListener("keydown", (event) => {
@@ -98,10 +94,10 @@ document.addEventListener("keydown", (event) => {
   if (!target.disabled) target.click();
 });
 
-// What comes
+// Subscriptions
 
 connection.subscribe<SessionState>("session/state", (arrival) => {
-  // Old sessions' last states come too, to who comes late: the newest one is meant.
+  // A late joiner also receives the last states of older sessions: show the newest.
   const isOther = session.value && hex(session.value.session_id) !== hex(arrival.value.session_id);
   if (isOther && arrival.writtenNs < sessionWritten) return;
   sessionWritten = arrival.writtenNs;
@@ -130,7 +126,7 @@ connection.onState((state) => {
 });
 document.addEventListener("tonus-token", () => void startForm.load());
 
-// What is shown
+// Display
 
 function showAge(element: HTMLElement, age: number | undefined, limit: number): void {
   setText(element, ageText(age));
@@ -153,23 +149,23 @@ function sessionFacts(state: SessionState): Fact[] {
 function showSession(): void {
   const state = session.value;
   const isGoing = state !== undefined && isActive(state.phase);
-  setText(phase, state ? (phaseNames[state.phase] ?? "?") : "no session");
-  phase.className = `phase ${state?.phase === FAILED ? "bad" : state?.phase === WAITING ? "warn" : ""}`;
+  setText(phase, state ? nameOf(sessionPhaseNames, state.phase) : "no session");
+  phase.className = `phase ${state?.phase === SessionPhase.SESSION_FAILED ? "bad" : state?.phase === SessionPhase.SESSION_WAITING ? "warn" : ""}`;
   progress.max = Math.max(1, state?.planned ?? 1);
   progress.value = state?.counted ?? 0;
   facts(counts, state ? sessionFacts(state) : []);
   const mayOperate = connection.state === "connected" && connection.role === "operate";
   startForm.show(isGoing, mayOperate, roster.missing());
-  pause.disabled = !mayOperate || !isGoing || state.phase === PAUSING || state.phase === PAUSED;
-  resume.disabled = !mayOperate || !isGoing || ![PAUSING, PAUSED, WAITING].includes(state.phase);
+  pause.disabled = !mayOperate || !isGoing || pausedPhases.includes(state.phase);
+  resume.disabled = !mayOperate || !isGoing || !resumablePhases.includes(state.phase);
   abort.disabled = !mayOperate || !isGoing;
-  clearFault.disabled = !mayOperate || rig.value?.mode !== IN_FAULT;
-  // Where there is no session there is nothing to know, and one that is over says nothing more.
+  clearFault.disabled = !mayOperate || rig.value?.mode !== RigMode.RIG_FAULT;
+  // Without a session there is no age, and a session that has ended publishes no more.
   if (state) showAge(sessionPanel.age, session.age, isGoing ? 10 : Infinity);
 }
 
 function showTrial(): void {
-  const isInTrial = rig.value?.mode === IN_TRIAL;
+  const isInTrial = rig.value?.mode === RigMode.RIG_IN_TRIAL;
   const phaseNow = isInTrial ? samples.value?.samples.at(-1)?.phase : undefined;
   trials.renderCurrent(rig.value, session.value, phaseNow, gateway.value?.thinned ?? 0);
   showAge(trials.current.age, rig.age, 2);

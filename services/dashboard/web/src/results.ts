@@ -1,10 +1,11 @@
 // The results' page: what has been identified so far, growing.
 
 import { Connection } from "./connection";
-import { hex, isActive, phaseNames, type Estimate, type SessionState } from "./contract";
+import type { Estimate, SessionState } from "./contract";
 import { el, setText } from "./dom";
 import { archivedMessages } from "./framed_messages";
 import { Fresh, ageText } from "./freshness";
+import { hex, isActive, nameOf, sessionPhaseNames } from "./names";
 import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
 
@@ -58,7 +59,7 @@ setInterval(() => {
   if (!state) return;
   setText(
     title,
-    `Session ${shown.slice(0, 8)}, ${phaseNames[state.phase] ?? "?"}: ${state.counted} of ${state.planned} trials counted, ${view.count} estimates.`,
+    `Session ${shown.slice(0, 8)}, ${nameOf(sessionPhaseNames, state.phase)}: ${state.counted} of ${state.planned} trials counted, ${view.count} estimates.`,
   );
   const isGoing = isActive(state.phase);
   setText(view.age, `newest: ${ageText(newest.age)}`);

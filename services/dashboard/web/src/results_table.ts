@@ -1,9 +1,16 @@
-// All estimates as a table, to read, copy and take away.
+// All estimates as a table, to read, copy and download.
 
-import { hex, statusNames, type Estimate } from "./contract";
+import { EstimateStatus, type Estimate } from "./contract";
 import { el } from "./dom";
 import { estimatesText } from "./estimates_text";
 import { conditionOf, elementNames, elementsOf, matrixNames, matrixOf, methodOf, unitOf, withError } from "./matrices";
+import { hex, nameOf, statusNames } from "./names";
+
+const statusTones: Record<EstimateStatus, string> = {
+  [EstimateStatus.ESTIMATE_OK]: "good",
+  [EstimateStatus.ESTIMATE_UNDETERMINED]: "faint",
+  [EstimateStatus.ESTIMATE_SUSPECT]: "warn",
+};
 
 export interface TableActions {
   say: (text: string, isBad?: boolean) => void;
@@ -48,7 +55,7 @@ export class ResultsTable {
   }
 
   #row(estimate: Estimate): HTMLElement {
-    const tone = estimate.status === 0 ? "good" : estimate.status === 1 ? "faint" : "warn";
+    const tone = statusTones[estimate.status];
     const elements = elementsOf(estimate);
     const axes = estimate.axes === 1 ? [0] : [0, 1];
     const matrices = matrixNames.map((name) => {
@@ -63,7 +70,7 @@ export class ResultsTable {
       "tr",
       { "data-estimate": hex(estimate.estimate_id) },
       stack("", [conditionOf(estimate)], methodOf(estimate)),
-      el("td", { class: tone, title: estimate.reasons.join("; ") }, statusNames[estimate.status] ?? "?"),
+      el("td", { class: tone, title: estimate.reasons.join("; ") }, nameOf(statusNames, estimate.status)),
       el("td", { class: "number" }, String(estimate.trials_used)),
       el("td", { class: estimate.trials_rejected > 0 ? "number warn" : "number" }, String(estimate.trials_rejected)),
       stack("faint", elements.map((i) => elementNames[i]!), ""),

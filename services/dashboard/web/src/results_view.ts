@@ -1,7 +1,6 @@
 // The results of one session, live or from the archive.
 
-import type { Estimate } from "./contract";
-import { hex } from "./contract";
+import { EstimateStatus, type Estimate } from "./contract";
 import { convergenceChart, curlChart, methodChart, springChart } from "./charts";
 import { el, panel } from "./dom";
 import { EllipseChart } from "./ellipses";
@@ -16,9 +15,9 @@ import {
   toneClass,
   type MatrixName,
 } from "./matrices";
+import { hex } from "./names";
 import { ResultsTable, type TableActions } from "./results_table";
 
-const UNDETERMINED = 1;
 const USUAL_METHOD = "state_variable";
 
 export class ResultsView {
@@ -84,7 +83,7 @@ export class ResultsView {
     const known = this.#newest.get(id);
     if (!known || estimate.trials_used + estimate.trials_rejected >= known.trials_used + known.trials_rejected)
       this.#newest.set(id, estimate);
-    if (estimate.status === UNDETERMINED) return this.#renderSoon(); // has no values
+    if (estimate.status === EstimateStatus.ESTIMATE_UNDETERMINED) return this.#renderSoon(); // has no values
     const history = this.#history.get(id) ?? [];
     const same = history.findIndex((other) => other.trials_used === estimate.trials_used);
     if (same >= 0) history[same] = estimate;

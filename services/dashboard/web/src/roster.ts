@@ -1,12 +1,18 @@
-// Which services are there, and how they are.
+// Which services are present, and their state.
 
 import type { Connection } from "./connection";
-import { roleNames, type ServiceHealth, hex } from "./contract";
+import { ServiceRole, type ServiceHealth } from "./contract";
 import { el, panel } from "./dom";
 import { Fresh, ageText } from "./freshness";
+import { hex, nameOf, roleNames } from "./names";
 
 const SILENCE_S = 2; // as the services themselves count: four missed reports
-const NEEDED = [0, 1, 2, 3];
+const NEEDED: readonly ServiceRole[] = [
+  ServiceRole.ROLE_RIG,
+  ServiceRole.ROLE_SCHEDULER,
+  ServiceRole.ROLE_IDENTIFICATION,
+  ServiceRole.ROLE_ARCHIVE,
+];
 
 export class Roster {
   readonly root: HTMLElement;
@@ -34,19 +40,19 @@ export class Roster {
     });
   }
 
-  #find(role: number): ServiceHealth | undefined {
+  #find(role: ServiceRole): ServiceHealth | undefined {
     for (const { value, age } of this.#entries.values()) {
       if (value?.role === role && !value.is_leaving && age! < SILENCE_S) return value;
     }
     return undefined;
   }
 
-  /// What keeps a session from being started; empty: nothing.
+  /// Why a session cannot start; empty where it can.
   missing(): string {
     if (this.#connection.state !== "connected") return "not connected";
     return NEEDED.flatMap((role) => {
       const health = this.#find(role);
-      if (!health) return [`${roleNames[role]} is not there`];
+      if (!health) return [`${roleNames[role]} is missing`];
       return health.is_ready ? [] : [`${roleNames[role]} is not ready: ${health.state}`];
     }).join("; ");
   }
@@ -55,17 +61,17 @@ export class Roster {
     const rows = [...this.#entries.values()]
       .filter(({ value }) => !value!.is_leaving)
       .sort((a, b) => a.value!.role - b.value!.role);
-    const word = this.#connection.state === "connected" ? "not there" : "not known";
+    const word = this.#connection.state === "connected" ? "missing" : "unknown";
     const absent = NEEDED.filter((role) => !rows.some(({ value }) => value!.role === role));
     this.#body.replaceChildren(
       ...rows.map(({ value, age }) => this.#row(value!, age!)),
       ...absent.map((role) =>
-        el("tr", {}, el("td", {}, roleNames[role]!), el("td", { class: "bad", colspan: 4 }, word)),
+        el("tr", {}, el("td", {}, roleNames[role]), el("td", { class: "bad", colspan: 4 }, word)),
       ),
     );
     const missing = this.missing();
     this.#age.className = missing ? "age old" : "age";
-    this.#age.textContent = missing === "not connected" ? missing : missing ? "not complete" : "complete";
+    this.#age.textContent = missing === "not connected" ? missing : missing ? "incomplete" : "complete";
   }
 
   #row(health: ServiceHealth, age: number): HTMLElement {
@@ -75,7 +81,7 @@ export class Roster {
     return el(
       "tr",
       {},
-      el("td", { title: `${health.name}, version ${health.software_version}, ${health.vendor}` }, roleNames[health.role] ?? "?"),
+      el("td", { title: `${health.name}, version ${health.software_version}, ${health.vendor}` }, nameOf(roleNames, health.role)),
       el("td", { class: `${tone} long` }, state),
       el("td", { class: "number" }, `${(1000 * health.lag_s).toFixed(0)} ms`),
       el("td", { class: health.dropped > 0n ? "number bad" : "number" }, String(health.dropped)),

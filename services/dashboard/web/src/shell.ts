@@ -1,4 +1,4 @@
-// What the pages have in common: head line, links, state of the connection, emergency stop, token.
+// What the pages share: header, links, state of the connection, emergency stop, token.
 
 import "./style.css";
 import { keepToken } from "./access";
@@ -20,7 +20,7 @@ const stateTexts: Record<LinkState, string> = {
   refused: "TOKEN NEEDED",
 };
 
-// An answer is read once; one that is bad is left longer.
+// How long a message stays; a bad one stays longer.
 const SAID_MS = 20_000;
 const SAID_BAD_MS = 60_000;
 
@@ -67,7 +67,7 @@ export function buildShell(connection: Connection, current: string): Shell {
     showLink();
     banner.hidden = state === "connected" || state === "connecting";
     const trouble =
-      state === "refused" ? reason : `Disconnected: ${reason}. What is shown below is old. Trying again by itself.`;
+      state === "refused" ? reason : `Disconnected: ${reason}. The values below are old. Reconnecting…`;
     setText(banner, banner.hidden ? "" : trouble);
   });
   listenForPageKeys();

@@ -1,4 +1,4 @@
-// What a session is started with: protocol, subject, seed.
+// The form that starts a session: protocol, subject, seed.
 
 import { getJson } from "./access";
 import { randomId } from "./connection";
@@ -54,7 +54,7 @@ export class StartForm {
     }
   }
 
-  /// `missing`: what keeps a session from being started; empty: nothing.
+  /// `missing`: why a session cannot start; empty where it can.
   show(isSessionGoing: boolean, mayOperate: boolean, missing: string): void {
     const hadFocus = this.root.contains(document.activeElement);
     this.root.hidden = isSessionGoing;

@@ -4,12 +4,12 @@
 
 import "./subject.css";
 import { Connection } from "./connection";
-import type { RigDescription, SampleBlock, SessionCue, SessionState, TrialProgram } from "./contract";
-import { isActive } from "./contract";
+import { RigKind, type RigDescription, type SampleBlock, type SessionCue, type SessionState, type TrialProgram } from "./contract";
 import { el, setText } from "./dom";
 import { emergencyStop } from "./emergency_stop";
 import { Fresh } from "./freshness";
-import { RIG_TWO_LINK, handOf, poseOf, robotFrame, type ShoulderPose } from "./geometry";
+import { handOf, poseOf, robotFrame, type ShoulderPose } from "./geometry";
+import { isActive } from "./names";
 
 const OLD_CURSOR_S = 0.5;
 const ZOOM_KEY = "tonus-subject-pixels-per-cm";
@@ -79,7 +79,7 @@ connection.subscribe<SampleBlock>("rig/samples", (arrival) => {
 function handFromTarget(target: SessionCue): [number, number] | undefined {
   const last = samples.value?.samples.at(-1);
   if (!rig || !last || (samples.age ?? Infinity) > OLD_CURSOR_S) return undefined;
-  if (rig.kind !== RIG_TWO_LINK) return handOf(rig, robotFrame, last).position;
+  if (rig.kind !== RigKind.RIG_TWO_LINK) return handOf(rig, robotFrame, last).position;
   if (!pose) return undefined;
   const { position } = handOf(rig, pose, last);
   return [position[0] - target.target_m[0]!, position[1] - target.target_m[1]!];

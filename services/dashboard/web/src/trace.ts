@@ -2,9 +2,9 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import type { RigDescription, SampleBlock, TrialProgram } from "./contract";
+import { RigKind, type RigDescription, type SampleBlock, type TrialProgram } from "./contract";
 import { el, setText } from "./dom";
-import { RIG_TWO_LINK, handOf, poseOf, type ShoulderPose } from "./geometry";
+import { handOf, poseOf, type ShoulderPose } from "./geometry";
 
 const WINDOW_S = 10;
 const HEIGHT = 158; // CSS pixels
@@ -153,7 +153,7 @@ export class Trace {
   }
 
   #handTitle(): string {
-    if (this.#rig?.kind !== RIG_TWO_LINK) return "Displacement";
+    if (this.#rig?.kind !== RigKind.RIG_TWO_LINK) return "Displacement";
     return this.#pose ? "Hand from the posture" : "Hand from home";
   }
 

@@ -1,11 +1,7 @@
-// The trials of the session that is shown: the current one, and the verdicts on those before.
+// The trials of the session on display: the current one, and the verdicts on earlier ones.
 
 import {
-  IN_FAULT,
-  IN_TRIAL,
-  hex,
-  modeNames,
-  trialPhaseNames,
+  RigMode,
   type RigState,
   type SessionState,
   type TrialOutcome,
@@ -13,8 +9,9 @@ import {
   type TrialVerdict,
 } from "./contract";
 import { el, facts, panel, setText, type Fact } from "./dom";
+import { hex, modeNames, nameOf, trialPhaseNames } from "./names";
 
-/// Keeps what comes of every session, as messages of an older one may come later than those of the one that is shown.
+/// Keeps the messages of every session, because those of an older session may arrive after those of the one on display.
 export class Trials {
   readonly current = panel("Current trial", "trial");
   readonly verdicts: { root: HTMLElement; age: HTMLElement };
@@ -61,9 +58,9 @@ export class Trials {
     if (!this.#program || program.attempt >= this.#program.attempt) this.#program = program;
   }
 
-  /// `phase`: of the newest sample in a trial. Who came in the middle of a trial did not hear its command.
+  /// `phase`: of the newest sample in a trial. A page opened during a trial has not received its command.
   renderCurrent(rig: RigState | undefined, session: SessionState | undefined, phase: number | undefined, thinned: number): void {
-    const attempt = rig?.mode === IN_TRIAL ? (session?.attempts ?? 0) : 0;
+    const attempt = rig?.mode === RigMode.RIG_IN_TRIAL ? (session?.attempts ?? 0) : 0;
     const program = this.#program?.attempt === attempt ? this.#program : undefined;
     facts(this.#facts, [
       ...(attempt > 0 ? [["Attempt", String(attempt)] as Fact] : []),
@@ -100,9 +97,9 @@ function programFacts(program: TrialProgram): Fact[] {
 
 function rigFacts(rig: RigState, phase: number | undefined): Fact[] {
   return [
-    ["Rig", modeNames[rig.mode] ?? "?", rig.mode === IN_FAULT ? "bad" : undefined],
-    ...(phase !== undefined ? [["Phase", trialPhaseNames[phase] ?? "?"] as Fact] : []),
-    ["Samples", `${rig.next_sequence}, of which archived ${rig.received_through}`],
+    ["Rig", nameOf(modeNames, rig.mode), rig.mode === RigMode.RIG_FAULT ? "bad" : undefined],
+    ...(phase !== undefined ? [["Phase", nameOf(trialPhaseNames, phase)] as Fact] : []),
+    ["Samples", `${rig.next_sequence}, ${rig.received_through} of them archived`],
     ["Overruns", String(rig.overruns), rig.overruns > 0n ? "warn" : undefined],
     ...(rig.fault ? [["Fault", rig.fault, "bad"] as Fact] : []),
   ];

@@ -1,14 +1,14 @@
 #include <gtest/gtest.h>
 
 #include "tests/support/allocations.hpp"
-#include "tests/unit/rig_agent/simulated_rig.hpp"
+#include "tests/support/simulated_rig.hpp"
 
 namespace tonus::control {
 namespace {
 
 // All effects of the subject too: the plant belongs to the simulated driver's realtime calls.
-plant::Profile profile_with_every_effect() {
-  plant::Profile profile;
+simulation::Profile profile_with_every_effect() {
+  simulation::Profile profile;
   profile.subject.reflex.is_on = true;
   profile.subject.tremor.is_on = true;
   profile.subject.drift.is_on = true;
@@ -27,7 +27,7 @@ TEST(RigLoop, AllocatesNothingInTrialsFaultsAndTheirClearing) {
   command.program = rig.program();
   command.program.bias = {0.8, 0.0};
   command.program.bias_threshold = 1.0;
-  loop.post(command);
+  (void)loop.post(command);
 
   const std::size_t before = testing::allocations();
   std::int64_t now = 0;
@@ -43,7 +43,7 @@ TEST(RigLoop, AllocatesNothingInTrialsFaultsAndTheirClearing) {
   loop.emergency_stop();
   for (int i = 0; i < 3000; ++i) loop.step(now += 1'000'000);
   command.kind = CommandKind::kClearFaults;
-  loop.post(command);
+  (void)loop.post(command);
   for (int i = 0; i < 10; ++i) loop.step(now += 1'000'000);
   const std::size_t after = testing::allocations();
 

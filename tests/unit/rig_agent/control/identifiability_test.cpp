@@ -1,13 +1,13 @@
 // The perturbations tell mass, damping and stiffness apart, and force and motion as measured obey the forward
-// model of plant::true_impedance: a plain least-squares fit with ideal sensors finds it.
+// model of simulation::true_impedance: a plain least-squares fit with ideal sensors finds it.
 #include <Eigen/Dense>
 #include <gtest/gtest.h>
 #include <numbers>
 #include <vector>
 
-#include "rig_agent/plant/true_impedance.hpp"
-#include "services/core/rig_geometry.hpp"
-#include "tests/unit/rig_agent/simulated_rig.hpp"
+#include "services/mechanics/rig_geometry.hpp"
+#include "services/simulation/true_impedance.hpp"
+#include "tests/support/simulated_rig.hpp"
 
 namespace tonus::control {
 namespace {
@@ -59,7 +59,7 @@ TEST(Identifiability, OfTheTrueImpedanceFromEightPerturbationsAtEveryPosture) {
     }
     const Right found = normal.ldlt().solve(right);
     // The forward model is linear about the posture and has a rigid grip: 9 mm and 5e5 N/m leave up to 1.3 %.
-    const plant::CartesianImpedance truth = plant::true_impedance(rig.profile().subject, posture);
+    const simulation::CartesianImpedance truth = simulation::true_impedance(rig.profile().subject, posture);
     EXPECT_LT(error_of_largest(found.block<2, 2>(0, 0).transpose(), truth.mass), 0.02);
     EXPECT_LT(error_of_largest(found.block<2, 2>(2, 0).transpose(), truth.damping), 0.02);
     EXPECT_LT(error_of_largest(found.block<2, 2>(4, 0).transpose(), truth.stiffness), 0.02);

@@ -10,8 +10,8 @@
 #include <numeric>
 #include <vector>
 
-#include "services/core/rig_geometry.hpp"
-#include "tests/unit/rig_agent/simulated_rig.hpp"
+#include "services/mechanics/rig_geometry.hpp"
+#include "tests/support/simulated_rig.hpp"
 
 namespace tonus::control {
 namespace {
@@ -82,7 +82,7 @@ TEST(PublishedTrace, HasItsRiseExcursionAndAccelerationFromEveryPostureInEveryDi
 }
 
 TEST(PublishedTrace, IsTheSameAtTheHighestRateOfTheLoop) {
-  plant::Profile profile = profile_with_ideal_sensors();
+  simulation::Profile profile = profile_with_ideal_sensors();
   profile.loop_rate = 4000.0;
   profile.sample_divider = 4;  // 1 kHz, as the figures below are taken.
   SimulatedRig rig(profile);

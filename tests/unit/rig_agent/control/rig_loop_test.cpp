@@ -5,7 +5,7 @@
 #include <numbers>
 
 #include "rig_agent/drivers/replay.hpp"
-#include "tests/unit/rig_agent/simulated_rig.hpp"
+#include "tests/support/simulated_rig.hpp"
 
 namespace tonus::control {
 namespace {
@@ -24,7 +24,7 @@ TEST(RigLoop, TakesSamplesAtAWholeFractionOfItsRateWithoutGaps) {
 }
 
 TEST(RigLoop, SamplesUpToItsOwnRate) {
-  plant::Profile profile;
+  simulation::Profile profile;
   profile.loop_rate = 4000.0;
   profile.sample_divider = 1;
   SimulatedRig rig(profile);
@@ -81,7 +81,7 @@ TEST(RigLoop, ReachesAndHoldsABiasForceBeforeTheOnset) {
 }
 
 TEST(RigLoop, SaysThatABiasWasNotReached) {
-  plant::Profile profile;
+  simulation::Profile profile;
   profile.subject.drift.is_on = true;  // A subject who pushes about by 2 N rms cannot be held within 0.1 N.
   profile.subject.drift.force = 2.0;
   profile.subject.drift.time_constant = 0.2;
@@ -144,9 +144,9 @@ TEST(RigLoop, StopsWithinOneControlPeriodOfReceivingAnAbortInEveryPhase) {
 }
 
 TEST(RigLoop, CountsWhatTheConsumerDidNotTake) {
-  plant::Profile profile;
+  simulation::Profile profile;
   drivers::Simulated driver(profile);
-  LoopConfig config = plant::loop_config(profile);
+  LoopConfig config = simulation::loop_config(profile);
   config.sample_capacity = 16;
   ASSERT_TRUE(driver.configure(0.001));
   ASSERT_TRUE(driver.activate());
@@ -201,7 +201,7 @@ TEST(RigLoop, PlaysASegmentOfARecordingAsATrial) {
   Command command;
   command.kind = CommandKind::kStartTrial;
   command.program.number = 5;
-  (*loop)->post(command);
+  ASSERT_TRUE((*loop)->post(command));
   TrialResult result;
   int cycles = 0;
   while (!(*loop)->next_result(result) && cycles < 1000) (*loop)->step(++cycles * 1'000'000);
@@ -233,7 +233,7 @@ TEST(RigLoop, SaysThatARecordingHasNoSuchSegment) {
   command.kind = CommandKind::kStartTrial;
   command.program.number = 5;
   command.program.segment = 1;
-  (*loop)->post(command);
+  ASSERT_TRUE((*loop)->post(command));
   TrialResult result;
   for (int i = 0; i < 3; ++i) (*loop)->step(i);
   ASSERT_TRUE((*loop)->next_result(result));
@@ -255,9 +255,9 @@ TEST(RigLoop, HearsAnEmergencyStopBetweenTheSegmentsOfARecording) {
   Command command;
   command.kind = CommandKind::kStartTrial;
   command.program.number = 1;
-  (*loop)->post(command);
+  ASSERT_TRUE((*loop)->post(command));
   command.kind = CommandKind::kClearFaults;
-  (*loop)->post(command);
+  ASSERT_TRUE((*loop)->post(command));
   (*loop)->step(1);
   CommandReply reply;
   ASSERT_TRUE((*loop)->next_reply(reply));

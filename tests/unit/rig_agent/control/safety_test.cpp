@@ -8,7 +8,7 @@
 #include <vector>
 
 #include "rig_agent/control/rig_loop.hpp"
-#include "tests/unit/rig_agent/simulated_rig.hpp"
+#include "tests/support/simulated_rig.hpp"
 
 namespace tonus::control {
 namespace {
@@ -269,7 +269,7 @@ TEST_F(Safety, ClearsAFaultOnlyByCommandAndOnlyWhenItsCauseIsGone) {
     Command command;
     command.kind = kind;
     command.request = 123;
-    loop_->post(command);
+    EXPECT_TRUE(loop_->post(command));
     CommandReply reply;
     for (int i = 0; i < 20; ++i) {
       step();
@@ -350,7 +350,7 @@ TEST(SafetyInSimulation, DampsARingingArmToRestAndGivesNoTorqueThen) {
 // The simulated rig beside a twin of its plant, which tells the true speed of the handle.
 class WatchedDriver final : public drivers::Driver {
  public:
-  explicit WatchedDriver(const plant::Profile& profile)
+  explicit WatchedDriver(const simulation::Profile& profile)
       : links_(profile.manipulandum.links), rig_(profile), twin_(profile, 1.0 / profile.loop_rate) {}
   Result<void> configure(double period) override { return rig_.configure(period); }
   Result<void> activate() override { return rig_.activate(); }
@@ -371,12 +371,12 @@ class WatchedDriver final : public drivers::Driver {
  private:
   const TwoLink links_;
   drivers::Simulated rig_;
-  plant::Plant twin_;
+  simulation::Plant twin_;
 };
 
 TEST(SafetyInSimulation, StopsWithinTwoCyclesWhenAPushMakesTheHandleTooFast) {
   for (const std::uint64_t seed : {1U, 2U, 3U, 4U, 5U}) {
-    plant::Profile profile;
+    simulation::Profile profile;
     profile.seed = seed;
     profile.limits.force = 500.0;
     profile.sensors.force_full_scale = 500.0;
@@ -388,7 +388,7 @@ TEST(SafetyInSimulation, StopsWithinTwoCyclesWhenAPushMakesTheHandleTooFast) {
     WatchedDriver driver(profile);
     ASSERT_TRUE(driver.configure(0.001));
     ASSERT_TRUE(driver.activate());
-    auto loop = RigLoop::create(driver, plant::loop_config(profile));
+    auto loop = RigLoop::create(driver, simulation::loop_config(profile));
     ASSERT_TRUE(loop);
     int cycles_too_fast = 0;
     for (int i = 0; i < 20'000 && (*loop)->state().faults == 0; ++i) {

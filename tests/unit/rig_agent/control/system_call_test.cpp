@@ -6,7 +6,7 @@
 #include <sys/wait.h>
 #include <unistd.h>
 
-#include "tests/unit/rig_agent/simulated_rig.hpp"
+#include "tests/support/simulated_rig.hpp"
 
 #if defined(__SANITIZE_ADDRESS__) || defined(__SANITIZE_THREAD__)
 #define TONUS_IS_SANITIZED 1
@@ -23,7 +23,7 @@ void forbid_system_calls() { prctl(PR_SET_SECCOMP, SECCOMP_MODE_STRICT); }
 // A trial to its end and an emergency stop. Never returns; exit(2) would run handlers and call exit_group.
 [[noreturn]] void run_without_system_calls(RigLoop& loop, const Command& command) {
   forbid_system_calls();
-  loop.post(command);
+  (void)loop.post(command);
   TrialResult result;
   SampleRecord sample;
   std::int64_t now = 0;

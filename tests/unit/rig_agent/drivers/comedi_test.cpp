@@ -3,7 +3,7 @@
 
 #include <gtest/gtest.h>
 
-#include "rig_agent/plant/profile.hpp"
+#include "services/simulation/profile.hpp"
 #include "tests/unit/rig_agent/drivers/driver_contract.hpp"
 #include "tests/unit/rig_agent/drivers/fake_comedi.hpp"
 
@@ -31,7 +31,7 @@ std::string refusal(const std::string& text) {
 
 std::unique_ptr<Driver> make_driver() {
   fake_card() = FakeCard{};
-  return std::make_unique<Comedi>(wiring(), plant::rig_geometry(plant::Profile{}));
+  return std::make_unique<Comedi>(wiring(), simulation::rig_geometry(simulation::Profile{}));
 }
 
 INSTANTIATE_TEST_SUITE_P(Comedi, DriverContract, ::testing::Values(DriverCandidate{"Comedi", make_driver}),
@@ -42,7 +42,7 @@ class ComediDriver : public ::testing::Test {
   void SetUp() override { fake_card() = FakeCard{}; }
 
   void activate() {
-    driver_ = std::make_unique<Comedi>(config_, plant::rig_geometry(plant::Profile{}));
+    driver_ = std::make_unique<Comedi>(config_, simulation::rig_geometry(simulation::Profile{}));
     const auto configured = driver_->configure(0.001);
     ASSERT_TRUE(configured) << configured.error().message;
     ASSERT_TRUE(driver_->activate());
@@ -53,7 +53,7 @@ class ComediDriver : public ::testing::Test {
     return reading;
   }
   std::string configure_refusal() {
-    driver_ = std::make_unique<Comedi>(config_, plant::rig_geometry(plant::Profile{}));
+    driver_ = std::make_unique<Comedi>(config_, simulation::rig_geometry(simulation::Profile{}));
     const auto configured = driver_->configure(0.001);
     return configured ? "accepted" : configured.error().message;
   }

@@ -23,7 +23,7 @@ Recording two_axis_recording() {
 }
 
 std::unique_ptr<Driver> calibrated() {
-  return std::make_unique<Calibrated>(std::make_unique<Simulated>(plant::Profile{}),
+  return std::make_unique<Calibrated>(std::make_unique<Simulated>(simulation::Profile{}),
                                       [](const RigGeometry& geometry) { return geometry; });
 }
 
@@ -36,7 +36,7 @@ std::unique_ptr<Driver> library() {
 INSTANTIATE_TEST_SUITE_P(
     AllDrivers, DriverContract,
     ::testing::Values(
-        DriverCandidate{"Simulated", [] { return std::make_unique<Simulated>(plant::Profile{}); }},
+        DriverCandidate{"Simulated", [] { return std::make_unique<Simulated>(simulation::Profile{}); }},
         DriverCandidate{"Replay", [] { return std::make_unique<Replay>(two_axis_recording()); }},
         DriverCandidate{"Calibrated", calibrated}, DriverCandidate{"Library", library}),
     [](const auto& candidate) { return candidate.param.name; });

@@ -4,7 +4,7 @@
 
 #include "rig_agent/control/rig_loop.hpp"
 #include "rig_agent/control/validation.hpp"
-#include "rig_agent/plant/profile.hpp"
+#include "services/simulation/profile.hpp"
 
 namespace tonus::drivers {
 namespace {
@@ -51,7 +51,7 @@ TEST(Library, RunsATrialAndShowsTheHandsStiffnessInIt) {
   ASSERT_TRUE(driver) << driver.error().message;
   ASSERT_TRUE((*driver)->configure(0.001));
   ASSERT_TRUE((*driver)->activate());
-  auto loop = control::RigLoop::create(**driver, plant::loop_config(plant::Profile{}));
+  auto loop = control::RigLoop::create(**driver, simulation::loop_config(simulation::Profile{}));
   ASSERT_TRUE(loop) << loop.error().message;
   control::Command command;
   command.kind = control::CommandKind::kStartTrial;

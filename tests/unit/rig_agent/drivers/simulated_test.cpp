@@ -24,7 +24,7 @@ class SimulatedDriver : public ::testing::Test {
     return {control::shoulder_for(home, posture), posture, 0};
   }
 
-  Simulated driver_{plant::Profile{}};
+  Simulated driver_{simulation::Profile{}};
 };
 
 TEST_F(SimulatedDriver, AdvancesItsClockByOnePeriodWithEveryWrite) {
@@ -49,7 +49,7 @@ TEST_F(SimulatedDriver, SeatsTheSubjectWhereTheTrialSays) {
 }
 
 TEST_F(SimulatedDriver, LeavesASeatedSubjectInMotionWhenTheNextTrialIsAtTheSamePlace) {
-  Simulated other{plant::Profile{}};
+  Simulated other{simulation::Profile{}};
   ASSERT_TRUE(other.configure(0.001));
   ASSERT_TRUE(other.activate());
   const TrialNotice seat = notice({0.305, 0.352}, {0.0, 0.38});

@@ -1,0 +1,79 @@
+#include "analysis_service/offline/archived_session.hpp"
+
+#include <map>
+#include <spdlog/fmt/fmt.h>
+#include <utility>
+
+#include "analysis_service/identification/trial_judge.hpp"
+#include "analysis_service/offline/archived_trial.hpp"
+#include "analysis_service/offline/offline_book.hpp"
+#include "analysis_service/service/wire.hpp"
+
+namespace tonus::identification {
+namespace {
+
+/// Why the trial does not count; empty: it does. One without a verdict is judged now.
+std::string defect_of(const store::SessionTrial& trial, const ArchivedTrial& archived) {
+  if (trial.verdict) return store::why_not_counted(trial);
+  const Verdict verdict = TrialJudge{}.judge(archived.measured, &archived.rig.geometry);
+  return verdict.is_valid ? std::string{} : verdict.detail;
+}
+
+/// Why the trial's rows are not whole; empty: they are.
+std::string gap_in(const Result<ArchivedTrial>& archived) {
+  if (!archived) return "gap: " + archived.error().message;
+  const MeasuredTrial& measured = archived->measured;
+  if (measured.missing_rows == 0) return {};
+  return fmt::format("gap: {} of {} samples are missing in the archive", measured.missing_rows,
+                     measured.rows.size());
+}
+
+Result<void> take(store::Store& store, const store::Session& session, const store::SessionTrial& trial,
+                  OfflineBook& book) {
+  const TrialReport report = from_wire(trial.outcome->value);
+  const auto archived = read_archived_trial(store, session, trial);
+  if (!archived && archived.error().code != ErrorCode::kDataLoss) return archived.error();
+  std::string why = gap_in(archived);
+  if (why.empty()) why = defect_of(trial, *archived);
+  if (!why.empty()) {
+    book.leave_out(report, std::move(why));
+    return {};
+  }
+  if (const auto converted = convert(*archived)) {
+    book.add(report, *converted);
+  } else {
+    book.leave_out(report, converted.error().message);
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const store::Session& session,
+                                                      const std::vector<impedance::Options>& analyses) {
+  if (session.descriptions.empty()) {
+    return fail(ErrorCode::kNotFound, fmt::format("session {}: store '{}' has no description of its rig",
+                                                  to_hex(session.record.session), store.name()));
+  }
+  std::map<std::uint32_t, OfflineBook> postures;
+  for (const store::SessionTrial& trial : session.trials) {
+    if (!trial.outcome) continue;  // still running, or its rig was lost
+    const std::uint32_t index = trial.outcome->value.program().posture_index();
+    OfflineEstimate owner;
+    owner.participant = session.record.subject;
+    owner.session = to_hex(session.record.session);
+    owner.run = static_cast<int>(index) + 1;
+    const auto [book, is_new] = postures.try_emplace(index, analyses, std::move(owner));
+    TONUS_TRY(take(store, session, trial, book->second));
+  }
+  const v1::RigDescription& last = session.descriptions.back().value;
+  const int axes = last.kind() == v1::RIG_ONE_AXIS ? 1 : 2;
+  std::vector<OfflineEstimate> all;
+  for (auto& [index, book] : postures) {
+    for (auto& estimate : book.identify({last.displacement_unit(), last.force_unit()}, axes))
+      all.push_back(std::move(estimate));
+  }
+  return all;
+}
+
+}  // namespace tonus::identification

@@ -1,0 +1,19 @@
+#pragma once
+
+#include <vector>
+
+#include "analysis_service/offline/offline.hpp"
+#include "services/store/session_reader.hpp"
+
+namespace tonus::identification {
+
+/// Identifies an archived session by every analysis: the raw rows as archived, through the functions of the
+/// streaming service in its order, so that its own analysis comes out with the numbers that it published. A
+/// trial counts where its archived verdict says so; one without a verdict is judged now. The others are left
+/// out with their reason, as are trials whose rows the archive does not have whole. Participant: the
+/// session's subject; session: its id, run: the posture's place in the plan. Errors: those of reading the
+/// store; kNotFound: it has no description of the rig.
+[[nodiscard]] Result<std::vector<OfflineEstimate>> identify_session(
+    store::Store& store, const store::Session& session, const std::vector<impedance::Options>& analyses);
+
+}  // namespace tonus::identification

@@ -1,0 +1,132 @@
+#include "analysis_service/offline/offline.hpp"
+
+#include <algorithm>
+#include <iterator>
+#include <optional>
+#include <spdlog/fmt/fmt.h>
+#include <utility>
+
+#include "analysis_service/identification/conversion.hpp"
+#include "analysis_service/impedance/trial.hpp"
+#include "analysis_service/offline/offline_book.hpp"
+#include "services/core/parallel.hpp"
+
+namespace tonus::identification {
+namespace {
+
+std::vector<Row> rows_of(const recording::Recording& record, const recording::Stretch& stretch) {
+  std::vector<Row> rows;
+  rows.reserve(stretch.last - stretch.first + 1);
+  for (std::size_t i = stretch.first; i <= stretch.last; ++i) {
+    Row row;
+    row.raw = record.rows[i].raw;
+    row.raw.acquisition_ns = recording::row_time_ns(record, i);
+    if (!record.commanded.empty()) row.commanded = record.commanded[i];
+    row.phase = i < stretch.onset ? Phase::kWaiting : Phase::kPerturbing;
+    row.is_missing = record.rows[i].is_missing;
+    rows.push_back(row);
+  }
+  return rows;
+}
+
+TrialReport report_of(const recording::Recording& record, const recording::PerturbationEvent& event,
+                      const recording::Stretch& stretch, std::uint32_t index) {
+  TrialReport report;
+  TrialPlan& plan = report.plan;
+  plan.session = id_of(record.participant.id + "/" + record.session);
+  plan.attempt = static_cast<std::uint32_t>(event.trial);
+  plan.kind = event.is_continuous() ? TrialKind::kRecording : TrialKind::kPerturbation;
+  plan.posture = record.posture;
+  plan.posture_index = index;
+  plan.position = record.posture_position.value_or(Eigen::Vector2d::Zero());
+  plan.shoulder = record.shoulder;
+  plan.set = static_cast<std::int32_t>(event.set);
+  plan.instruction = event.instruction;
+  plan.bias = {event.bias_N[0], event.bias_N[1]};
+  report.range = SequenceRange::from_first_to_last(stretch.first, stretch.last);
+  report.onset = stretch.onset;
+  report.sample_rate = record.sampling_frequency;
+  return report;
+}
+
+/// Why the perturbation cannot be used as it stands; empty: it can.
+std::string defect_of(const recording::Recording& record, const recording::PerturbationEvent& event,
+                      std::span<const Row> rows) {
+  if (!event.is_valid) return event.reason.empty() ? "flagged invalid" : event.reason;
+  const auto missing = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.is_missing; });
+  if (missing > 0) return fmt::format("gap: {} rows missing, allowed none", missing);
+  const auto saturated = std::count_if(rows.begin(), rows.end(), [&](const Row& row) {
+    return impedance::is_clipped({&row.raw, 1}, record.rig.force_saturation_V);
+  });
+  if (saturated > 0)
+    return fmt::format("saturated: {} rows with the force sensor at its limit, allowed none", saturated);
+  return {};
+}
+
+/// Every analysis of one recording, the `index`th of its dataset.
+Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recording& record, std::size_t index,
+                                                        const std::vector<impedance::Options>& analyses) {
+  if (auto good = validate(record.rig); !good)
+    return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
+  OfflineEstimate owner;
+  owner.participant = record.participant.id;
+  owner.session = record.session;
+  owner.run = record.run;
+  OfflineBook book(analyses, std::move(owner));
+  for (const auto& event : record.events) {
+    const recording::Stretch stretch = recording::stretch_of(record, event);
+    const auto rows = rows_of(record, stretch);
+    const TrialReport report = report_of(record, event, stretch, static_cast<std::uint32_t>(index));
+    if (auto why = defect_of(record, event, rows); !why.empty()) {
+      book.leave_out(report, std::move(why));
+      continue;
+    }
+    const auto trial = trial_from_rows(frame_of(report), record.rig, rows, stretch.onset - stretch.first);
+    if (trial) {
+      book.add(report, *trial);
+    } else {
+      book.leave_out(report, trial.error().message);
+    }
+  }
+  return book.identify({record.displacement_unit, record.force_unit}, axes_of(record.rig));
+}
+
+using Estimates = Result<std::vector<OfflineEstimate>>;
+
+/// identify(i) for every i, on all processors, in order; or the first error in that order.
+template <typename Identify>
+Estimates identify_each(std::size_t count, const Identify& identify) {
+  std::vector<std::optional<Estimates>> found(count);
+  for_each_in_parallel(count, [&](std::size_t i) { found[i] = identify(i); });
+  std::vector<OfflineEstimate> all;
+  for (auto& of_one : found) {
+    if (!*of_one) return of_one->error();
+    std::move((*of_one)->begin(), (*of_one)->end(), std::back_inserter(all));
+  }
+  return all;
+}
+
+}  // namespace
+
+Result<std::vector<OfflineEstimate>> identify_recordings(std::span<const recording::Recording> recordings,
+                                                         const std::vector<impedance::Options>& analyses) {
+  return identify_each(recordings.size(),
+                       [&](std::size_t i) { return identify_recording(recordings[i], i, analyses); });
+}
+
+Result<std::vector<OfflineEstimate>> identify_dataset(const recording::Dataset& dataset,
+                                                      const std::vector<impedance::Options>& analyses,
+                                                      std::optional<int> force_sign) {
+  return identify_each(dataset.runs(), [&](std::size_t i) -> Estimates {
+    TONUS_TRY_ASSIGN(auto record, dataset.read(i));
+    for (const auto& options : analyses) {
+      TONUS_TRY(impedance::validate(options, 1.0 / record.sampling_frequency));
+    }
+    if (force_sign) {
+      TONUS_TRY(recording::state_force_sign(record, *force_sign));
+    }
+    return identify_recording(record, i, analyses);
+  });
+}
+
+}  // namespace tonus::identification

@@ -1,0 +1,88 @@
+#include "analysis_service/service/command_line.hpp"
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <iterator>
+
+namespace tonus::identification {
+namespace {
+
+/// "all", or each name by itself.
+template <typename Value, typename Parse>
+Result<std::vector<Value>> chosen(const std::vector<std::string>& names, std::span<const Value> all,
+                                  Parse parse) {
+  std::vector<Value> values;
+  for (const std::string& name : names) {
+    if (name == "all") return std::vector<Value>(all.begin(), all.end());
+    auto value = parse(name);
+    if (!value) return value.error();
+    if (std::find(values.begin(), values.end(), *value) == values.end()) values.push_back(*value);
+  }
+  return values;
+}
+
+}  // namespace
+
+void CommandLine::add_to(CLI::App& app) {
+  app.add_option("--method", methods_, "methods of identification, or all")->capture_default_str();
+  app.add_option("--model", models_, "models of the force, or all")->capture_default_str();
+  app.add_option("--window", options_.window, "time from the onset that is fitted, s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--cutoff", options_.cutoff, "cutoff of the low-pass method, Hz")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--natural-frequency", natural_frequency_,
+                 "of the state-variable filter, Hz (default: tuned to each condition)")
+      ->check(CLI::PositiveNumber);
+  app.add_option("--damping-ratio", options_.damping_ratio, "of the state-variable filter")
+      ->check(CLI::Range(1e-3, 1.0))
+      ->capture_default_str();
+  app.add_option("--force-sign", force_sign_,
+                 "-1 where a one-axis rig's force channel is the reaction of the limb on the rig")
+      ->check(CLI::IsMember({-1, 1}))
+      ->capture_default_str();
+  app.add_option("--start-limit", judge_.start_offset, "of the hand from its place before the onset, m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--excursion-limit", judge_.excursion, "of the hand's way from the rest, m")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rest-speed-limit", judge_.rest_speed, "of the hand before the onset, m/s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--rest-force-limit", judge_.rest_force, "of the force before the onset, unloaded, N")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+  app.add_option("--end-speed-limit", judge_.end_speed, "of the hand at the end of the perturbation, m/s")
+      ->check(CLI::PositiveNumber)
+      ->capture_default_str();
+}
+
+Result<ServiceSettings> CommandLine::settings(const std::string& rig) const {
+  const auto methods = chosen<impedance::Method>(methods_, impedance::kMethods, impedance::method_named);
+  if (!methods) return methods.error();
+  const auto models = chosen<impedance::Model>(models_, impedance::kModels, impedance::model_named);
+  if (!models) return models.error();
+
+  ServiceSettings settings;
+  settings.rig = id_of("rig/" + rig);
+  settings.force_sign = force_sign_;
+  settings.core.judge = judge_;
+  settings.core.book.analyses.clear();
+  for (const auto method : *methods) {
+    for (const auto model : *models) {
+      impedance::Options options = options_;
+      options.method = method;
+      options.model = model;
+      options.natural_frequency = natural_frequency_;
+      settings.core.book.analyses.push_back(options);
+    }
+  }
+  settings.core.live = options_;
+  settings.core.live.natural_frequency = natural_frequency_;
+  settings.core.live.has_trace = false;
+  return settings;
+}
+
+}  // namespace tonus::identification

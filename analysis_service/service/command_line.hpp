@@ -1,0 +1,33 @@
+#pragma once
+
+#include <optional>
+#include <string>
+#include <vector>
+
+#include "analysis_service/service/service.hpp"
+#include "services/core/result.hpp"
+
+namespace CLI {
+class App;
+}  // namespace CLI
+
+namespace tonus::identification {
+
+/// What tonus-identification is told beyond the common options.
+class CommandLine {
+ public:
+  void add_to(CLI::App& app);
+
+  /// kInvalidArgument names the option, its value and what is allowed.
+  [[nodiscard]] Result<ServiceSettings> settings(const std::string& rig) const;
+
+ private:
+  std::vector<std::string> methods_{"state_variable"};
+  std::vector<std::string> models_{"linear"};
+  std::optional<double> natural_frequency_;
+  impedance::Options options_;
+  JudgeLimits judge_;
+  int force_sign_ = 1;
+};
+
+}  // namespace tonus::identification

@@ -1,0 +1,240 @@
+#include "analysis_service/service/service.hpp"
+
+#include <algorithm>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
+#include <utility>
+
+#include "idl/bounds.hpp"
+#include "idl/topics.hpp"
+#include "services/runtime/drain.hpp"
+
+namespace tonus::identification {
+namespace {
+
+constexpr std::size_t kBlocksAtOnce = 512;
+constexpr std::chrono::milliseconds kRetry{20};
+/// Verdicts that the bus did not take; more means that the bus is gone.
+constexpr std::size_t kMostVerdictsHeld = 4096;
+
+}  // namespace
+
+Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr<bus::Notifier> notifier) {
+  auto descriptions = bus::TypedReader<v1::RigDescription>::create(bus, topics::kRigDescription, notifier);
+  if (!descriptions) return descriptions.error();
+  auto samples = bus::TypedReader<v1::SampleBlock>::create(bus, topics::kRigSamples, notifier);
+  if (!samples) return samples.error();
+  auto commands = bus::TypedReader<v1::TrialCommand>::create(bus, topics::kTrialCommand, notifier);
+  if (!commands) return commands.error();
+  auto outcomes = bus::TypedReader<v1::TrialOutcome>::create(bus, topics::kTrialOutcome, notifier);
+  if (!outcomes) return outcomes.error();
+  auto plans = bus::TypedReader<v1::SessionPlan>::create(bus, topics::kSessionPlan, notifier);
+  if (!plans) return plans.error();
+  auto verdicts = bus::TypedWriter<v1::TrialVerdict>::create(bus, topics::kTrialVerdict);
+  if (!verdicts) return verdicts.error();
+  auto live = bus::TypedWriter<v1::Estimate>::create(bus, topics::kEstimateLive);
+  if (!live) return live.error();
+  auto estimates = bus::TypedWriter<v1::Estimate>::create(bus, topics::kEstimateCondition);
+  if (!estimates) return estimates.error();
+  auto resends = bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend);
+  if (!resends) return resends.error();
+  return ServiceEndpoints{std::move(*descriptions), std::move(*samples),   std::move(*commands),
+                          std::move(*outcomes),     std::move(*plans),     std::move(*verdicts),
+                          std::move(*live),         std::move(*estimates), std::move(*resends)};
+}
+
+IdentificationService::IdentificationService(const ServiceSettings& settings, ServiceEndpoints endpoints,
+                                             runtime::HealthReporter health, runtime::Roster roster,
+                                             const Clock& clock)
+    : settings_(settings),
+      endpoints_(std::move(endpoints)),
+      health_(std::move(health)),
+      roster_(std::move(roster)),
+      clock_(clock),
+      core_(settings.core) {}
+
+Clock::TimePoint IdentificationService::step() {
+  const Clock::TimePoint now = clock_.now();
+  take_descriptions();
+  take_plans();
+  take_commands();
+  take_samples(now);
+  take_outcomes(now);
+  publish(core_.advance(now, endpoints_.resends.status().matched_readers > 0));
+  publish_live(now);
+  flush();
+  report_health();
+  const Clock::TimePoint report_due = health_.publish_if_due();
+  if (has_more_samples_) return now;
+  const bool has_unsent = !verdicts_.empty() || !estimates_.empty();
+  return std::min({core_.next_due(now), report_due, has_unsent ? now + kRetry : Clock::TimePoint::max()});
+}
+
+void IdentificationService::finish() {
+  constexpr std::chrono::milliseconds kToPublish{1000};
+  constexpr std::chrono::milliseconds kToArrive{500};
+  const Clock::TimePoint limit = clock_.now() + kToPublish;
+  bool is_owing = true;
+  while (is_owing && clock_.now() < limit) {
+    const bool is_due = step() <= clock_.now();
+    is_owing = is_due || !verdicts_.empty() || !estimates_.empty();
+  }
+  const bool are_verdicts_there = endpoints_.verdicts.wait_acknowledged(kToArrive);
+  const bool are_estimates_there = endpoints_.estimates.wait_acknowledged(kToArrive);
+  if (is_owing || !are_verdicts_there || !are_estimates_there)
+    spdlog::warn("ends with {} verdicts and {} estimates that not every reader has", verdicts_.size(),
+                 estimates_.size());
+}
+
+void IdentificationService::take_descriptions() {
+  for (const auto& received : runtime::drain(endpoints_.descriptions)) {
+    const v1::RigDescription& description = received.value;
+    if (description.rig_id() != settings_.rig) {
+      ++foreign_;
+      continue;
+    }
+    auto geometry = contract::geometry_of(description);
+    if (!geometry) {
+      spdlog::error("the description of rig {} is refused: {}", description.name(), geometry.error().message);
+      continue;
+    }
+    if (geometry->kind == RigKind::kOneAxis) geometry->force_calibration *= settings_.force_sign;
+    core_.set_rig(description.rig_id(), *geometry, description.sample_rate_Hz());
+    units_[description.rig_id()] = {description.displacement_unit(), description.force_unit()};
+  }
+}
+
+void IdentificationService::take_plans() {
+  for (const auto& received : runtime::drain(endpoints_.plans)) {
+    const v1::SessionPlan& plan = received.value;
+    if (plan.rig_id() != settings_.rig || plan.started_at() < session_started_at_) continue;
+    session_started_at_ = plan.started_at();
+    set_session(plan.session_id());
+  }
+}
+
+void IdentificationService::take_commands() {
+  for (const auto& received : runtime::drain(endpoints_.commands)) {
+    const TrialPlan plan = from_wire(received.value);
+    if (plan.rig != settings_.rig) continue;
+    if (session_started_at_.empty()) set_session(plan.session);  // no plan was seen: who commands has one
+    core_.expect(plan);
+  }
+}
+
+void IdentificationService::set_session(const Id& session) {
+  if (session == session_) return;
+  session_ = session;
+  core_.set_session(session);
+  spdlog::info("session {}", to_hex(session));
+}
+
+void IdentificationService::take_samples(Clock::TimePoint now) {
+  blocks_.clear();
+  has_more_samples_ = endpoints_.samples.take(blocks_, kBlocksAtOnce) == kBlocksAtOnce;
+  for (const auto& received : blocks_) {
+    if (received.value.rig_id() != settings_.rig) {
+      ++foreign_;
+      continue;
+    }
+    core_.add(from_wire(received.value, rows_));
+  }
+  if (blocks_.empty()) return;
+  const auto age = now.time_since_epoch() - std::chrono::nanoseconds(blocks_.back().sample.received_ns);
+  lag_ = std::max(0.0, std::chrono::duration<double>(age).count());
+}
+
+void IdentificationService::take_outcomes(Clock::TimePoint now) {
+  for (const auto& received : runtime::drain(endpoints_.outcomes)) {
+    if (received.value.program().rig_id() != settings_.rig) {
+      ++foreign_;
+      continue;
+    }
+    core_.add(from_wire(received.value), now);
+  }
+}
+
+void IdentificationService::publish(const IdentificationCore::Output& output) {
+  for (const std::string& remark : output.remarks) spdlog::warn("{}", remark);
+  for (const auto& judged : output.verdicts) {
+    const auto level = judged.verdict.is_valid ? spdlog::level::debug : spdlog::level::info;
+    spdlog::log(level, "trial {}: {}", judged.report.plan.attempt, judged.verdict.detail);
+    if (verdicts_.size() >= kMostVerdictsHeld) {
+      spdlog::error("the verdict on trial {} is given up: {} are unsent", verdicts_.front().attempt(),
+                    verdicts_.size());
+      verdicts_.pop_front();
+    }
+    verdicts_.push_back(to_wire(judged.report, judged.verdict));
+  }
+  for (const ConditionEstimate& estimate : output.estimates) {
+    if (!estimate.refusal.empty())
+      spdlog::warn("{} is not identified: {}", estimate.condition.posture, estimate.refusal);
+    v1::Estimate wire = to_wire(estimate, units_of(estimate.condition.rig));
+    const Id id = wire.estimate_id();
+    estimates_.insert_or_assign(id, std::move(wire));
+  }
+  for (const ResendRequest& request : output.requests) {
+    spdlog::debug("rows {} to {} are missing and asked for", request.range.first, request.range.last());
+    // One that is not sent is repeated by the core.
+    if (auto sent = endpoints_.resends.write(to_wire(request)); !sent) {
+      spdlog::warn("a request for rows is not sent: {}", sent.error().message);
+    }
+  }
+}
+
+void IdentificationService::publish_live(Clock::TimePoint now) {
+  const auto estimate = core_.live(now);
+  if (!estimate) return;
+  // For eyes only: the next one follows.
+  if (auto sent = endpoints_.live.write(to_wire(*estimate, units_of(estimate->condition.rig))); !sent) {
+    spdlog::debug("a live estimate is not sent: {}", sent.error().message);
+  }
+}
+
+void IdentificationService::flush() {
+  while (!verdicts_.empty()) {
+    if (auto sent = endpoints_.verdicts.write(verdicts_.front()); !sent) {
+      spdlog::warn("the verdict on trial {} is not taken yet: {}", verdicts_.front().attempt(),
+                   sent.error().message);
+      return;
+    }
+    verdicts_.pop_front();
+  }
+  while (!estimates_.empty()) {
+    if (auto sent = endpoints_.estimates.write(estimates_.begin()->second); !sent) {
+      spdlog::warn("an estimate is not taken yet: {}", sent.error().message);
+      return;
+    }
+    estimates_.erase(estimates_.begin());
+  }
+}
+
+std::string IdentificationService::why_not_ready() {
+  roster_.update();
+  if (auto missing = roster_.missing({v1::ROLE_RIG}, false); !missing.empty()) return missing;
+  if (!units_.contains(settings_.rig)) return "the rig's description is not there";
+  if (endpoints_.samples.status().matched_writers == 0) return "the rig's samples are not connected";
+  if (endpoints_.outcomes.status().matched_writers == 0) return "the rig's outcomes are not connected";
+  if (endpoints_.resends.status().matched_readers == 0) return "the rig does not hear requests";
+  return {};
+}
+
+void IdentificationService::report_health() {
+  const std::string why_not = why_not_ready();
+  const std::size_t waiting = core_.assembler().waiting().size();
+  health_.set_state(why_not.empty(), !why_not.empty() ? why_not
+                                     : waiting > 1    ? fmt::format("{} trials wait for samples", waiting)
+                                                      : "ready");
+  const AssemblerCounts& counts = core_.assembler().counts();
+  const std::uint64_t dropped =
+      counts.refused + counts.reports_dropped + endpoints_.samples.status().malformed;
+  health_.set_load(lag_, static_cast<std::uint32_t>(std::min<std::size_t>(core_.queue_depth(), UINT32_MAX)),
+                   dropped);
+}
+
+RigUnits IdentificationService::units_of(const Id& rig) const {
+  const auto units = units_.find(rig);
+  return units == units_.end() ? RigUnits{} : units->second;
+}
+
+}  // namespace tonus::identification

@@ -1,0 +1,241 @@
+#include "services/config/checked_table.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <spdlog/fmt/fmt.h>
+#include <spdlog/fmt/ranges.h>
+#include <sstream>
+
+namespace tonus::config {
+namespace {
+
+const toml::table kEmptyTable;
+
+/// The value as a person would write it: the shortest form of a number, no line breaks, not too long.
+std::string printed(const toml::node& node) {
+  std::string text;
+  if (const auto* number = node.as_floating_point()) {
+    text = fmt::format("{}", number->get());
+  } else if (const auto* words = node.as_string()) {
+    text = fmt::format("\"{}\"", words->get());
+  } else if (const auto* array = node.as_array()) {
+    for (const auto& element : *array) text += (text.empty() ? "" : ", ") + printed(element);
+    text = "[" + text + "]";
+  } else {
+    std::ostringstream out;
+    node.visit([&out](const auto& value) { out << value; });
+    text = out.str();
+  }
+  std::replace_if(
+      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  return text.size() > 60 ? text.substr(0, 57) + "..." : text;
+}
+
+std::string range_text(Limits limits) {
+  return fmt::format("{:g} to {:g}{}{}", limits.low, limits.high, *limits.unit != '\0' ? " " : "",
+                     limits.unit);
+}
+
+std::string choice_text(const std::vector<std::string>& allowed) {
+  return fmt::format("one of {}", fmt::join(allowed, ", "));
+}
+
+}  // namespace
+
+void Findings::report(int line, const std::string& text) {
+  if (!problem) problem = fmt::format("{}:{}: {}", source, line, text);
+}
+
+bool CheckedTable::has(std::string_view key) {
+  asked_.emplace(key);
+  return table_.contains(key);
+}
+
+std::string CheckedTable::name_of(std::string_view key) const {
+  return path_.empty() ? std::string(key) : fmt::format("{}.{}", path_, key);
+}
+
+int CheckedTable::line_of(const toml::node& node) const {
+  const auto line = node.source().begin.line;
+  return line > 0 ? static_cast<int>(line) : line_;
+}
+
+const toml::node* CheckedTable::find(std::string_view key, bool may_be_missing, const std::string& allowed) {
+  asked_.emplace(key);
+  const toml::node* node = table_.get(key);
+  if (node != nullptr) {
+    findings_.lines[name_of(key)] = line_of(*node);
+  } else if (!may_be_missing) {
+    findings_.report(line_, fmt::format("{} is missing: {}", name_of(key), allowed));
+  }
+  return node;
+}
+
+void CheckedTable::refuse(std::string_view key, const std::string& allowed) {
+  const toml::node* node = find(key, false, allowed);
+  if (node == nullptr) return;
+  findings_.report(line_of(*node),
+                   fmt::format("{} = {} is not allowed: {}", name_of(key), printed(*node), allowed));
+}
+
+std::optional<double> CheckedTable::number_in(const toml::node& node, Limits limits) const {
+  if (!node.is_number()) return std::nullopt;
+  const auto value = node.value<double>();
+  if (!value || !std::isfinite(*value) || *value < limits.low || *value > limits.high) return std::nullopt;
+  return value;
+}
+
+double CheckedTable::number(std::string_view key, Limits limits, std::optional<double> fallback) {
+  const toml::node* node = find(key, fallback.has_value(), range_text(limits));
+  if (node == nullptr) return fallback.value_or(limits.low);
+  const auto value = number_in(*node, limits);
+  if (!value) refuse(key, range_text(limits));
+  return value.value_or(limits.low);
+}
+
+int CheckedTable::whole(std::string_view key, int low, int high, std::optional<int> fallback) {
+  const std::string allowed = fmt::format("a whole number, {} to {}", low, high);
+  const toml::node* node = find(key, fallback.has_value(), allowed);
+  if (node == nullptr) return fallback.value_or(low);
+  const auto* integer = node->as_integer();
+  if (integer != nullptr && integer->get() >= low && integer->get() <= high)
+    return static_cast<int>(integer->get());
+  refuse(key, allowed);
+  return low;
+}
+
+std::uint64_t CheckedTable::seed(std::string_view key, std::uint64_t fallback) {
+  const std::string allowed = "a whole number, 0 or more";
+  const toml::node* node = find(key, true, allowed);
+  if (node == nullptr) return fallback;
+  const auto* integer = node->as_integer();
+  if (integer != nullptr && integer->get() >= 0) return static_cast<std::uint64_t>(integer->get());
+  refuse(key, allowed);
+  return fallback;
+}
+
+bool CheckedTable::flag(std::string_view key, bool fallback) {
+  const toml::node* node = find(key, true, "");
+  if (node == nullptr) return fallback;
+  if (const auto* boolean = node->as_boolean()) return boolean->get();
+  refuse(key, "true or false");
+  return fallback;
+}
+
+std::string CheckedTable::text(std::string_view key, std::size_t least, std::size_t most,
+                               std::optional<std::string> fallback) {
+  const std::string allowed = fmt::format("text of {} to {} characters", least, most);
+  const toml::node* node = find(key, fallback.has_value(), allowed);
+  if (node == nullptr) return fallback.value_or("");
+  const auto* text = node->as_string();
+  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
+  if (text != nullptr && text->get().size() >= least && text->get().size() <= most &&
+      std::none_of(text->get().begin(), text->get().end(), is_control)) {
+    return text->get();
+  }
+  refuse(key, allowed);
+  return "";
+}
+
+std::string CheckedTable::one_of(std::string_view key, const std::vector<std::string>& allowed,
+                                 std::optional<std::string> fallback) {
+  const toml::node* node = find(key, fallback.has_value(), choice_text(allowed));
+  if (node == nullptr) return fallback.value_or("");
+  const auto* text = node->as_string();
+  if (text != nullptr && std::find(allowed.begin(), allowed.end(), text->get()) != allowed.end())
+    return text->get();
+  refuse(key, choice_text(allowed));
+  return "";
+}
+
+protocol::Span CheckedTable::span(std::string_view key, Limits limits) {
+  const std::string allowed =
+      fmt::format("[low, high] with low <= high, or one number, {}", range_text(limits));
+  const toml::node* node = find(key, false, allowed);
+  if (node == nullptr) return {limits.low, limits.low};
+  if (const auto single = number_in(*node, limits)) return {*single, *single};
+  if (const auto* pair = node->as_array(); pair != nullptr && pair->size() == 2) {
+    const auto low = number_in(*pair->get(0), limits);
+    const auto high = number_in(*pair->get(1), limits);
+    if (low && high && *low <= *high) return {*low, *high};
+  }
+  refuse(key, allowed);
+  return {limits.low, limits.low};
+}
+
+Eigen::Vector2d CheckedTable::vector(std::string_view key, Limits limits,
+                                     std::optional<Eigen::Vector2d> fallback) {
+  const std::string allowed = fmt::format("[x, y], each {}", range_text(limits));
+  const toml::node* node = find(key, fallback.has_value(), allowed);
+  const Eigen::Vector2d zero = Eigen::Vector2d::Zero();
+  if (node == nullptr) return fallback.value_or(zero);
+  if (const auto* pair = node->as_array(); pair != nullptr && pair->size() == 2) {
+    const auto x = number_in(*pair->get(0), limits);
+    const auto y = number_in(*pair->get(1), limits);
+    if (x && y) return {*x, *y};
+  }
+  refuse(key, allowed);
+  return zero;
+}
+
+std::vector<std::string> CheckedTable::texts(std::string_view key, const std::vector<std::string>& allowed) {
+  const std::string allowed_text = fmt::format("a list, each {}", choice_text(allowed));
+  const toml::node* node = find(key, false, allowed_text);
+  std::vector<std::string> items;
+  if (node == nullptr) return items;
+  const auto* array = node->as_array();
+  if (array == nullptr) return refuse(key, allowed_text), items;
+  for (const auto& element : *array) {
+    const auto* text = element.as_string();
+    if (text == nullptr || std::find(allowed.begin(), allowed.end(), text->get()) == allowed.end()) {
+      return refuse(key, allowed_text), std::vector<std::string>{};
+    }
+    items.push_back(text->get());
+  }
+  return items;
+}
+
+CheckedTable CheckedTable::table(std::string_view key) {
+  const std::string allowed = fmt::format("a table [{}]", name_of(key));
+  const toml::node* node = find(key, false, allowed);
+  if (node == nullptr) return {kEmptyTable, name_of(key), line_, findings_};
+  if (const auto* table = node->as_table()) return {*table, name_of(key), line_of(*node), findings_};
+  refuse(key, allowed);
+  return {kEmptyTable, name_of(key), line_of(*node), findings_};
+}
+
+std::vector<CheckedTable> CheckedTable::tables(std::string_view key, std::size_t least, std::size_t most) {
+  const std::string allowed = fmt::format("{} to {} tables [[{}]]", least, most, name_of(key));
+  const toml::node* node = find(key, least == 0, allowed);
+  std::vector<CheckedTable> all;
+  if (node == nullptr) return all;
+  const auto* array = node->as_array();
+  const bool are_tables =
+      array != nullptr &&
+      std::all_of(array->begin(), array->end(), [](const toml::node& element) { return element.is_table(); });
+  if (!are_tables) return refuse(key, allowed), all;
+  if (array->size() < least || array->size() > most) {
+    findings_.report(line_of(*node), fmt::format("{} are {} tables, which is not allowed: {}", name_of(key),
+                                                 array->size(), allowed));
+    return all;
+  }
+  for (std::size_t i = 0; i < array->size(); ++i) {
+    const toml::node& element = *array->get(i);
+    all.emplace_back(*element.as_table(), fmt::format("{}[{}]", name_of(key), i + 1), line_of(element),
+                     findings_);
+  }
+  return all;
+}
+
+void CheckedTable::finish() {
+  for (const auto& [key, node] : table_) {
+    if (asked_.contains(key.str())) continue;
+    const auto line = key.source().begin.line;
+    findings_.report(
+        line > 0 ? static_cast<int>(line) : line_,
+        fmt::format("{} is unknown: allowed here are {}", name_of(key.str()), fmt::join(asked_, ", ")));
+  }
+}
+
+}  // namespace tonus::config

@@ -1,0 +1,21 @@
+#pragma once
+
+#include <idl/estimate.h>
+#include <idl/rig.h>
+#include <idl/session.h>
+#include <idl/trial.h>
+
+/// Names of the contract's enumerations, for people; and what groups of their values mean. A value of a newer
+/// contract is "unknown".
+namespace tonus::v1 {
+
+/// "preparing", "ready", "running", ...
+[[nodiscard]] const char* phase_name(SessionPhase phase);
+
+/// True where nothing more will come of a session in this phase: completed, aborted or failed.
+[[nodiscard]] bool is_over(SessionPhase phase);
+
+/// "completed", "aborted", "faulted", ...
+[[nodiscard]] const char* end_name(TrialEnd end);
+
+}  // namespace tonus::v1

@@ -1,0 +1,201 @@
+#include "services/formats/csv_columns.hpp"
+
+#include <array>
+
+#include "services/contract/rig.hpp"
+#include "services/store/archived_trial.hpp"
+
+namespace tonus::formats {
+namespace {
+
+std::string_view validity_of(const store::SessionTrial& trial) {
+  if (!trial.verdict) return "";
+  return trial.verdict->value.is_valid() ? "true" : "false";
+}
+
+/// A cell that is empty where nothing was measured.
+template <auto kWrite>
+void measured(const SampleRow& row, CsvLine& line) {
+  if (row.is_measured) {
+    kWrite(row, line);
+  } else {
+    line.nothing();
+  }
+}
+
+template <double EstimateRow::Spread::*kMember>
+void spread(const EstimateRow& row, CsvLine& line) {
+  if (row.spread) {
+    line.number((*row.spread).*kMember);
+  } else {
+    line.nothing();
+  }
+}
+
+constexpr std::array kTrialColumns{
+    CsvColumn<TrialRow>{"attempt", "", "number of the trial, unique in the session",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.program.attempt()); }},
+    CsvColumn<TrialRow>{"planned_index", "", "place in the plan, from 0; repeats of a rejected trial keep it",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.program.planned_index()); }},
+    CsvColumn<TrialRow>{"posture", "", "name of the posture",
+                        [](const TrialRow& row, CsvLine& line) { line.text(row.program.posture()); }},
+    CsvColumn<TrialRow>{"set", "", "number of the set",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.program.set_number()); }},
+    CsvColumn<TrialRow>{"x_m", "m", "hand's place, x in the shoulder frame",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.posture_m()[0]); }},
+    CsvColumn<TrialRow>{"y_m", "m", "hand's place, y in the shoulder frame",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.posture_m()[1]); }},
+    CsvColumn<TrialRow>{"direction_deg", "deg",
+                        "of the perturbation, counter-clockwise from the shoulder frame's x axis",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.direction_deg()); }},
+    CsvColumn<TrialRow>{"amplitude_m", "m", "of the commanded displacement",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.amplitude_m()); }},
+    CsvColumn<TrialRow>{"rise_time_s", "s", "of the commanded displacement",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.rise_time_s()); }},
+    CsvColumn<TrialRow>{"hold_s", "s", "from onset to the end of the perturbation",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.hold_s()); }},
+    CsvColumn<TrialRow>{"wait_s", "s", "at rest before the onset",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.wait_s()); }},
+    CsvColumn<TrialRow>{"bias_x_N", "N", "bias force on the arm, x in the shoulder frame",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.bias_N()[0]); }},
+    CsvColumn<TrialRow>{"bias_y_N", "N", "bias force on the arm, y in the shoulder frame",
+                        [](const TrialRow& row, CsvLine& line) { line.number(row.program.bias_N()[1]); }},
+    CsvColumn<TrialRow>{"instruction", "", "what the subject was told; empty: hold still",
+                        [](const TrialRow& row, CsvLine& line) { line.text(row.program.instruction()); }},
+    CsvColumn<TrialRow>{"end", "",
+                        "how the rig ended it: 0 completed, 1 aborted, 2 faulted, 3 not centred, 4 bias not "
+                        "reached, 5 refused, 6 broken off",
+                        [](const TrialRow& row, CsvLine& line) {
+                          line.whole(static_cast<std::uint32_t>(row.outcome.end()));
+                        }},
+    CsvColumn<TrialRow>{"valid", "", "true, false; empty: no verdict",
+                        [](const TrialRow& row, CsvLine& line) { line.text(validity_of(row.trial)); }},
+    CsvColumn<TrialRow>{"reason", "", "why it does not count",
+                        [](const TrialRow& row, CsvLine& line) {
+                          line.text(row.trial.verdict ? store::why_not_counted(row.trial) : std::string());
+                        }},
+    CsvColumn<TrialRow>{"epoch", "ns", "start of the rig's agent, UTC; names the stream of samples",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.outcome.epoch()); }},
+    CsvColumn<TrialRow>{"first_sequence", "", "number of the first sample",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.outcome.first_sequence()); }},
+    CsvColumn<TrialRow>{"onset_sequence", "", "number of the first sample of the perturbation",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.outcome.onset_sequence()); }},
+    CsvColumn<TrialRow>{"last_sequence", "", "number of the last sample",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.outcome.last_sequence()); }},
+    CsvColumn<TrialRow>{
+        "sample_rate_Hz", "Hz", "samples a second",
+        [](const TrialRow& row, CsvLine& line) { line.number(row.outcome.sample_rate_Hz()); }},
+    CsvColumn<TrialRow>{"expected_samples", "", "of the certificate",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.expected); }},
+    CsvColumn<TrialRow>{"received_samples", "", "of the certificate",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.received); }},
+    CsvColumn<TrialRow>{"resent_samples", "", "of the certificate",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.resent); }},
+    CsvColumn<TrialRow>{"duplicated_samples", "", "of the certificate",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.duplicated); }},
+    CsvColumn<TrialRow>{"missing_samples", "", "of the certificate",
+                        [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.missing); }},
+};
+
+constexpr std::array kSampleColumns{
+    CsvColumn<SampleRow>{"sequence", "", "number of the sample in its stream",
+                         [](const SampleRow& row, CsvLine& line) { line.whole(row.sequence); }},
+    CsvColumn<SampleRow>{"time_s", "s", "from the onset of the perturbation, by the sample's number and rate",
+                         [](const SampleRow& row, CsvLine& line) { line.number(row.time); }},
+    CsvColumn<SampleRow>{
+        "acquisition_ns", "ns", "rig's monotonic clock",
+        measured<[](const SampleRow& row, CsvLine& line) { line.whole(row.sample.acquisition_ns()); }>},
+    CsvColumn<SampleRow>{
+        "phase", "",
+        "0 idle, 1 centring, 2 waiting, 3 bias ramp, 4 bias hold, 5 perturbing, 6 returning, 7 safe",
+        measured<[](const SampleRow& row, CsvLine& line) {
+          line.whole(static_cast<unsigned>(row.sample.phase()));
+        }>},
+    CsvColumn<SampleRow>{
+        "q1_count", "count", "encoder of the inner joint, raw (or converted displacement)",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.sample.encoder_count()[0]); }>},
+    CsvColumn<SampleRow>{
+        "q2_count", "count", "encoder of the outer joint, raw",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.sample.encoder_count()[1]); }>},
+    CsvColumn<SampleRow>{
+        "f1_V", "V", "force sensor, first axis, raw (or converted force)",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.sample.force_V()[0]); }>},
+    CsvColumn<SampleRow>{
+        "f2_V", "V", "force sensor, second axis, raw",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.sample.force_V()[1]); }>},
+    CsvColumn<SampleRow>{
+        "x_m", "m", "endpoint in the shoulder frame, or the displacement of a one-axis rig in its unit",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.converted.p_SE[0]); }>},
+    CsvColumn<SampleRow>{
+        "y_m", "m", "endpoint in the shoulder frame",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.converted.p_SE[1]); }>},
+    CsvColumn<SampleRow>{
+        "fx_N", "N", "force on the arm in the shoulder frame, or the force of a one-axis rig in its unit",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.converted.f_S[0]); }>},
+    CsvColumn<SampleRow>{
+        "fy_N", "N", "force on the arm in the shoulder frame",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.converted.f_S[1]); }>},
+    CsvColumn<SampleRow>{
+        "xc_m", "m", "commanded displacement in the shoulder frame, from the posture",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.sample.commanded_m()[0]); }>},
+    CsvColumn<SampleRow>{
+        "yc_m", "m", "commanded displacement in the shoulder frame",
+        measured<[](const SampleRow& row, CsvLine& line) { line.number(row.sample.commanded_m()[1]); }>},
+    CsvColumn<SampleRow>{"saturated", "", "1: the force sensor was at its end stop",
+                         measured<[](const SampleRow& row, CsvLine& line) {
+                           line.whole(contract::flags_of(row.sample).is_saturated ? 1 : 0);
+                         }>},
+};
+
+constexpr std::array kEstimateColumns{
+    CsvColumn<EstimateRow>{"posture", "", "name of the posture",
+                           [](const EstimateRow& row, CsvLine& line) { line.text(row.estimate.posture()); }},
+    CsvColumn<EstimateRow>{
+        "set", "", "number of the set; 0: all",
+        [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.set_number()); }},
+    CsvColumn<EstimateRow>{
+        "bias_x_N", "N", "bias force on the arm, x",
+        [](const EstimateRow& row, CsvLine& line) { line.number(row.estimate.bias_N()[0]); }},
+    CsvColumn<EstimateRow>{
+        "bias_y_N", "N", "bias force on the arm, y",
+        [](const EstimateRow& row, CsvLine& line) { line.number(row.estimate.bias_N()[1]); }},
+    CsvColumn<EstimateRow>{
+        "instruction", "", "what the subject was told",
+        [](const EstimateRow& row, CsvLine& line) { line.text(row.estimate.instruction()); }},
+    CsvColumn<EstimateRow>{"method", "", "of identification",
+                           [](const EstimateRow& row, CsvLine& line) { line.text(row.estimate.method()); }},
+    CsvColumn<EstimateRow>{"model", "", "of the force",
+                           [](const EstimateRow& row, CsvLine& line) { line.text(row.estimate.model()); }},
+    CsvColumn<EstimateRow>{"status", "", "0 ok, 1 undetermined, 2 suspect",
+                           [](const EstimateRow& row, CsvLine& line) {
+                             line.whole(static_cast<std::uint32_t>(row.estimate.status()));
+                           }},
+    CsvColumn<EstimateRow>{
+        "trials_used", "", "trials behind the estimate",
+        [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.trials_used()); }},
+    CsvColumn<EstimateRow>{"quantity", "",
+                           "M mass, B damping, K stiffness, X0 spring centre, sigma fitting error",
+                           [](const EstimateRow& row, CsvLine& line) { line.text(row.quantity); }},
+    CsvColumn<EstimateRow>{"row", "", "of the element, from 1",
+                           [](const EstimateRow& row, CsvLine& line) { line.whole(row.row + 1); }},
+    CsvColumn<EstimateRow>{"column", "", "of the element, from 1",
+                           [](const EstimateRow& row, CsvLine& line) { line.whole(row.column + 1); }},
+    CsvColumn<EstimateRow>{"value", "see unit", "the estimate",
+                           [](const EstimateRow& row, CsvLine& line) { line.number(row.value); }},
+    CsvColumn<EstimateRow>{"standard_error", "see unit", "of the value",
+                           spread<&EstimateRow::Spread::standard_error>},
+    CsvColumn<EstimateRow>{"low95", "see unit", "lower end of its 95 % interval",
+                           spread<&EstimateRow::Spread::low95>},
+    CsvColumn<EstimateRow>{"high95", "see unit", "upper end of its 95 % interval",
+                           spread<&EstimateRow::Spread::high95>},
+    CsvColumn<EstimateRow>{"unit", "", "of value, standard_error, low95 and high95",
+                           [](const EstimateRow& row, CsvLine& line) { line.text(row.unit); }},
+};
+
+}  // namespace
+
+std::span<const CsvColumn<TrialRow>> trial_columns() { return kTrialColumns; }
+std::span<const CsvColumn<SampleRow>> sample_columns() { return kSampleColumns; }
+std::span<const CsvColumn<EstimateRow>> estimate_columns() { return kEstimateColumns; }
+
+}  // namespace tonus::formats

@@ -1,0 +1,106 @@
+#include "services/formats/csv_export.hpp"
+
+#include <spdlog/fmt/fmt.h>
+#include <string>
+
+#include "services/contract/rig.hpp"
+#include "services/core/text_file.hpp"
+#include "services/formats/csv_columns.hpp"
+#include "services/store/archived_trial.hpp"
+
+namespace tonus::formats {
+namespace {
+
+namespace fs = std::filesystem;
+using store::Session;
+using store::SessionTrial;
+
+std::string columns_text() {
+  return "file,column,unit,meaning\n" + description_of("trials.csv", trial_columns()) +
+         description_of("estimates.csv", estimate_columns()) +
+         description_of("samples/trial-N.csv", sample_columns());
+}
+
+Result<std::string> samples_text(store::Store& store, const Session& session, const SessionTrial& trial) {
+  TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial));
+  TONUS_TRY_ASSIGN(const auto found, store::read_trial_samples(store, trial));
+  const auto& outcome = trial.outcome->value;
+  std::string text = header_of(sample_columns());
+  for (std::size_t i = 0; i < found.samples.size(); ++i) {
+    SampleRow row;
+    row.sequence = outcome.first_sequence() + i;
+    const auto after_onset =
+        static_cast<double>(static_cast<std::int64_t>(row.sequence - outcome.onset_sequence()));
+    row.time = after_onset / outcome.sample_rate_Hz();
+    row.sample = found.samples[i];
+    row.is_measured = !contract::flags_of(row.sample).is_missing;
+    if (row.is_measured) row.converted = convert(rig.geometry, rig.shoulder, store::raw_of(row.sample));
+    text += line_of(sample_columns(), row);
+  }
+  return text;
+}
+
+std::string matrix_lines(const v1::Estimate& e, std::string_view name, const v1::MatrixEstimate& m,
+                         const std::string& unit) {
+  std::string text;
+  for (std::uint32_t row = 0; row < e.axes(); ++row) {
+    for (std::uint32_t column = 0; column < e.axes(); ++column) {
+      const std::size_t i = row * 2 + column;
+      text +=
+          line_of(estimate_columns(),
+                  EstimateRow{e, name, row, column, m.value()[i],
+                              EstimateRow::Spread{m.standard_error()[i], m.low95()[i], m.high95()[i]}, unit});
+    }
+  }
+  return text;
+}
+
+std::string estimate_lines(const v1::Estimate& e) {
+  const contract::MatrixUnits units = contract::matrix_units({e.displacement_unit(), e.force_unit()});
+  std::string text = matrix_lines(e, "M", e.mass_kg(), units.mass) +
+                     matrix_lines(e, "B", e.damping_Ns_per_m(), units.damping) +
+                     matrix_lines(e, "K", e.stiffness_N_per_m(), units.stiffness);
+  const auto& centre = e.spring_centre_m();
+  for (std::uint32_t i = 0; i < e.axes(); ++i) {
+    const EstimateRow::Spread spread{centre.standard_error()[i], centre.low95()[i], centre.high95()[i]};
+    text += line_of(estimate_columns(),
+                    EstimateRow{e, "X0", i, 0, centre.value()[i], spread, e.displacement_unit()});
+  }
+  for (std::uint32_t i = 0; i < e.axes(); ++i)
+    text += line_of(estimate_columns(), EstimateRow{e, "sigma", i, 0, e.sigma_N()[i], {}, e.force_unit()});
+  return text;
+}
+
+}  // namespace
+
+Result<void> export_csv(store::Store& store, const Session& session, const fs::path& folder,
+                        const Progress& progress) {
+  std::error_code error;
+  if (fs::exists(folder, error)) {
+    return fail(ErrorCode::kAlreadyExists,
+                fmt::format("'{}': already exists; use a new path", folder.string()));
+  }
+  fs::create_directories(folder / "samples", error);
+  if (error)
+    return fail(ErrorCode::kIo, fmt::format("'{}': cannot be created: {}", folder.string(), error.message()));
+
+  std::string trials = header_of(trial_columns());
+  std::uint64_t done = 0;
+  for (const SessionTrial& trial : session.trials) {
+    if (progress) progress(done++, session.trials.size());
+    if (!trial.outcome) continue;
+    trials += line_of(trial_columns(), TrialRow(trial));
+    if (!trial.record || !trial.record->has_samples) continue;
+    TONUS_TRY_ASSIGN(const auto text, samples_text(store, session, trial));
+    TONUS_TRY(write_text_file(folder / "samples" / fmt::format("trial-{}.csv", trial.attempt), text));
+  }
+  TONUS_TRY(write_text_file(folder / "trials.csv", trials));
+  std::string estimates = header_of(estimate_columns());
+  for (const auto& estimate : store::newest_estimates(session)) estimates += estimate_lines(estimate);
+  TONUS_TRY(write_text_file(folder / "estimates.csv", estimates));
+  TONUS_TRY(write_text_file(folder / "columns.csv", columns_text()));
+  if (progress) progress(session.trials.size(), session.trials.size());
+  return {};
+}
+
+}  // namespace tonus::formats

@@ -1,0 +1,23 @@
+#pragma once
+
+#include <filesystem>
+
+#include "services/core/progress.hpp"
+#include "services/core/result.hpp"
+#include "services/store/session_reader.hpp"
+
+namespace tonus::formats {
+
+/// Writes a session as a folder of CSV files (RFC 4180, UTF-8, '.' as decimal sign, header line):
+///
+/// - columns.csv: every column of every file, with unit and meaning
+/// - trials.csv: one row an attempt: what was planned, how it ended, its verdict and certificate
+/// - estimates.csv: one row an element of a matrix or vector of each condition, method and model
+/// - samples/trial-N.csv: one row a sample: raw and converted; empty cells where nothing was measured
+///
+/// Numbers are the shortest text that reads back as the same double. `folder` is created; it must not exist.
+/// kAlreadyExists, kIo, and the store's errors; kNotFound where a rig description is missing.
+[[nodiscard]] Result<void> export_csv(store::Store& store, const store::Session& session,
+                                      const std::filesystem::path& folder, const Progress& progress = {});
+
+}  // namespace tonus::formats

@@ -1,0 +1,149 @@
+#include "services/formats/hdf5_columns.hpp"
+
+namespace tonus::formats {
+namespace {
+
+using store::Session;
+
+constexpr std::array kSessionAttributes{
+    Attribute<Session>{"format", [](const Session&) { return AttributeValue("tonus session"); }},
+    Attribute<Session>{"format_version", [](const Session&) { return AttributeValue(std::int64_t{1}); }},
+    Attribute<Session>{"session_id",
+                       [](const Session& s) { return AttributeValue(to_hex(s.record.session)); }},
+    Attribute<Session>{"rig_id", [](const Session& s) { return AttributeValue(to_hex(s.record.rig)); }},
+    Attribute<Session>{"subject", [](const Session& s) { return AttributeValue(s.record.subject); }},
+    Attribute<Session>{"protocol_name",
+                       [](const Session& s) { return AttributeValue(s.record.protocol_name); }},
+    Attribute<Session>{"protocol_toml",
+                       [](const Session& s) { return AttributeValue(s.plan.protocol_toml()); }},
+    Attribute<Session>{
+        "seed", [](const Session& s) { return AttributeValue(static_cast<std::int64_t>(s.record.seed)); }},
+    Attribute<Session>{"started_at", [](const Session& s) { return AttributeValue(s.record.started_at); }},
+    Attribute<Session>{"software_version",
+                       [](const Session& s) { return AttributeValue(s.record.software_version); }},
+};
+
+using Rig = v1::RigDescription;
+
+constexpr std::array kRigAttributes{
+    Attribute<Rig>{"name", [](const Rig& d) { return AttributeValue(d.name()); }},
+    Attribute<Rig>{"driver", [](const Rig& d) { return AttributeValue(d.driver()); }},
+    Attribute<Rig>{"kind", [](const Rig& d) { return AttributeValue(std::int64_t{d.kind()}); }},
+    Attribute<Rig>{"displacement_unit", [](const Rig& d) { return AttributeValue(d.displacement_unit()); }},
+    Attribute<Rig>{"force_unit", [](const Rig& d) { return AttributeValue(d.force_unit()); }},
+    Attribute<Rig>{"force_sensor_angle_rad",
+                   [](const Rig& d) { return AttributeValue(d.force_sensor_angle_rad()); }},
+    Attribute<Rig>{"force_saturation_V", [](const Rig& d) { return AttributeValue(d.force_saturation_V()); }},
+    Attribute<Rig>{"handle_mass_kg", [](const Rig& d) { return AttributeValue(d.handle_mass_kg()); }},
+    Attribute<Rig>{"sample_rate_Hz", [](const Rig& d) { return AttributeValue(d.sample_rate_Hz()); }},
+    Attribute<Rig>{"calibrated_at", [](const Rig& d) { return AttributeValue(d.calibrated_at()); }},
+    Attribute<Rig>{"calibrated_by", [](const Rig& d) { return AttributeValue(d.calibrated_by()); }},
+};
+
+constexpr std::array kTrialAttributes{
+    Attribute<TrialGroup>{
+        "attempt", [](const TrialGroup& t) { return AttributeValue(std::int64_t{t.row.trial.attempt}); }},
+    Attribute<TrialGroup>{"posture",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.posture()); }},
+    Attribute<TrialGroup>{
+        "set", [](const TrialGroup& t) { return AttributeValue(std::int64_t{t.row.program.set_number()}); }},
+    Attribute<TrialGroup>{"posture_x_m",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.posture_m()[0]); }},
+    Attribute<TrialGroup>{"posture_y_m",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.posture_m()[1]); }},
+    Attribute<TrialGroup>{"direction_deg",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.direction_deg()); }},
+    Attribute<TrialGroup>{"amplitude_m",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.amplitude_m()); }},
+    Attribute<TrialGroup>{"rise_time_s",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.rise_time_s()); }},
+    Attribute<TrialGroup>{"hold_s",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.hold_s()); }},
+    Attribute<TrialGroup>{"bias_x_N",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.bias_N()[0]); }},
+    Attribute<TrialGroup>{"bias_y_N",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.bias_N()[1]); }},
+    Attribute<TrialGroup>{"instruction",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.program.instruction()); }},
+    Attribute<TrialGroup>{
+        "end", [](const TrialGroup& t) { return AttributeValue(std::int64_t{t.row.outcome.end()}); }},
+    Attribute<TrialGroup>{"detail",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.outcome.detail()); }},
+    Attribute<TrialGroup>{"sample_rate_Hz",
+                          [](const TrialGroup& t) { return AttributeValue(t.row.outcome.sample_rate_Hz()); }},
+    Attribute<TrialGroup>{
+        "epoch",
+        [](const TrialGroup& t) { return AttributeValue(static_cast<std::int64_t>(t.row.outcome.epoch())); }},
+    Attribute<TrialGroup>{"first_sequence",
+                          [](const TrialGroup& t) {
+                            return AttributeValue(static_cast<std::int64_t>(t.row.outcome.first_sequence()));
+                          }},
+    Attribute<TrialGroup>{"onset_sequence",
+                          [](const TrialGroup& t) {
+                            return AttributeValue(static_cast<std::int64_t>(t.row.outcome.onset_sequence()));
+                          }},
+    Attribute<TrialGroup>{"is_valid",
+                          [](const TrialGroup& t) { return AttributeValue(std::int64_t{t.reason.empty()}); }},
+    Attribute<TrialGroup>{"reason", [](const TrialGroup& t) { return AttributeValue(t.reason); }},
+    Attribute<TrialGroup>{
+        "missing_samples",
+        [](const TrialGroup& t) { return AttributeValue(static_cast<std::int64_t>(t.missing_samples)); }},
+};
+
+using Estimate = v1::Estimate;
+
+constexpr std::array kEstimateAttributes{
+    Attribute<Estimate>{"posture", [](const Estimate& e) { return AttributeValue(e.posture()); }},
+    Attribute<Estimate>{"set",
+                        [](const Estimate& e) { return AttributeValue(std::int64_t{e.set_number()}); }},
+    Attribute<Estimate>{"instruction", [](const Estimate& e) { return AttributeValue(e.instruction()); }},
+    Attribute<Estimate>{"bias_x_N", [](const Estimate& e) { return AttributeValue(e.bias_N()[0]); }},
+    Attribute<Estimate>{"bias_y_N", [](const Estimate& e) { return AttributeValue(e.bias_N()[1]); }},
+    Attribute<Estimate>{"method", [](const Estimate& e) { return AttributeValue(e.method()); }},
+    Attribute<Estimate>{"model", [](const Estimate& e) { return AttributeValue(e.model()); }},
+    Attribute<Estimate>{"status", [](const Estimate& e) { return AttributeValue(std::int64_t{e.status()}); }},
+    Attribute<Estimate>{"trials_used",
+                        [](const Estimate& e) { return AttributeValue(std::int64_t{e.trials_used()}); }},
+    Attribute<Estimate>{
+        "samples", [](const Estimate& e) { return AttributeValue(static_cast<std::int64_t>(e.samples())); }},
+    Attribute<Estimate>{"window_s", [](const Estimate& e) { return AttributeValue(e.window_s()); }},
+    Attribute<Estimate>{"condition_number",
+                        [](const Estimate& e) { return AttributeValue(e.condition_number()); }},
+    Attribute<Estimate>{"degrees_of_freedom",
+                        [](const Estimate& e) { return AttributeValue(e.degrees_of_freedom()); }},
+    Attribute<Estimate>{"natural_frequency_Hz",
+                        [](const Estimate& e) { return AttributeValue(e.natural_frequency_Hz()); }},
+    Attribute<Estimate>{"damping_ratio", [](const Estimate& e) { return AttributeValue(e.damping_ratio()); }},
+    Attribute<Estimate>{"cutoff_Hz", [](const Estimate& e) { return AttributeValue(e.cutoff_Hz()); }},
+};
+
+using Pair = std::array<double, 2>;
+
+Pair pair(const Eigen::Vector2d& vector) { return {vector[0], vector[1]}; }
+std::string counts(const Rig&) { return "count"; }
+std::string volts(const Rig&) { return "V"; }
+std::string displacement(const Rig& rig) { return rig.displacement_unit(); }
+std::string force(const Rig& rig) { return rig.force_unit(); }
+
+constexpr std::array kPairDatasets{
+    PairDataset{"encoder", counts, "raw",
+                [](const v1::RigSample& raw, const EndpointSample&) -> Pair { return raw.encoder_count(); }},
+    PairDataset{"force_raw", volts, "raw, in the sensor's frame",
+                [](const v1::RigSample& raw, const EndpointSample&) -> Pair { return raw.force_V(); }},
+    PairDataset{"endpoint", displacement, "in the shoulder frame; one-axis rigs: displacement",
+                [](const v1::RigSample&, const EndpointSample& converted) { return pair(converted.p_SE); }},
+    PairDataset{"force", force, "on the arm, in the shoulder frame",
+                [](const v1::RigSample&, const EndpointSample& converted) { return pair(converted.f_S); }},
+    PairDataset{"commanded", displacement, "commanded displacement from the posture, shoulder frame",
+                [](const v1::RigSample& raw, const EndpointSample&) -> Pair { return raw.commanded_m(); }},
+};
+
+}  // namespace
+
+std::span<const Attribute<Session>> session_attributes() { return kSessionAttributes; }
+std::span<const Attribute<Rig>> rig_attributes() { return kRigAttributes; }
+std::span<const Attribute<TrialGroup>> trial_attributes() { return kTrialAttributes; }
+std::span<const Attribute<Estimate>> estimate_attributes() { return kEstimateAttributes; }
+std::span<const PairDataset> pair_datasets() { return kPairDatasets; }
+
+}  // namespace tonus::formats

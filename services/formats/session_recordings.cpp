@@ -1,0 +1,145 @@
+#include "services/formats/session_recordings.hpp"
+
+#include <algorithm>
+#include <optional>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/bus/typed.hpp"
+#include "services/contract/rig.hpp"
+#include "services/recording/file_name.hpp"
+#include "services/store/archived_trial.hpp"
+
+namespace tonus::formats {
+namespace {
+
+using recording::Recording;
+using store::Session;
+using store::SessionTrial;
+
+std::string label_or(std::string_view name, const char* fallback) {
+  std::string label = recording::to_label(name);
+  return label.empty() ? fallback : label;
+}
+
+std::string participant_of(std::string_view subject) {
+  if (subject.starts_with("sub-")) subject.remove_prefix(4);
+  return "sub-" + label_or(subject, "unknown");
+}
+
+/// A run without rows, for trials like this one.
+Recording new_run(const Session& session, const SessionTrial& trial, const store::TrialRig& rig, int run) {
+  const auto& outcome = trial.outcome->value;
+  const auto& program = outcome.program();
+  Recording record;
+  record.participant.id = participant_of(session.record.subject);
+  record.session = "ses-" + to_hex(session.record.session).substr(0, 8);
+  record.task = label_or(session.record.protocol_name, "posture");
+  record.posture = program.posture();
+  record.acquisition = recording::to_label(program.posture());
+  record.posture_position = Eigen::Vector2d(program.posture_m()[0], program.posture_m()[1]);
+  record.run = run;
+  record.sampling_frequency = outcome.sample_rate_Hz();
+  record.rig = rig.geometry;
+  record.is_raw = rig.geometry.kind == RigKind::kTwoLink;
+  record.shoulder = rig.shoulder;
+  record.displacement_unit = rig.description.displacement_unit();
+  record.force_unit = rig.description.force_unit();
+  return record;
+}
+
+recording::PerturbationEvent event_of(const SessionTrial& trial, std::size_t rows_before, double rate) {
+  const auto& outcome = trial.outcome->value;
+  const auto& program = outcome.program();
+  recording::PerturbationEvent event;
+  const std::uint64_t rows = trial.record->range().count();
+  const bool has_onset = outcome.onset_sequence() >= outcome.first_sequence() &&
+                         outcome.onset_sequence() <= outcome.last_sequence();
+  const std::uint64_t onset = has_onset ? outcome.onset_sequence() - outcome.first_sequence() : rows - 1;
+  const double longest = static_cast<double>(rows - onset) / rate;
+  event.onset_s = static_cast<double>(rows_before + onset) / rate;
+  event.duration_s = has_onset ? std::min(program.hold_s(), longest) : 0.0;
+  event.trial = program.attempt();
+  event.set = program.set_number();
+  if (program.kind() == v1::TRIAL_PERTURBATION) {
+    event.direction_deg = program.direction_deg();
+    event.amplitude_m = program.amplitude_m();
+    event.rise_time_s = program.rise_time_s();
+  } else {
+    event.duration_s = longest;
+  }
+  event.bias_N = program.bias_N();
+  event.reason = store::why_not_counted(trial);
+  event.is_valid = event.reason.empty();
+  event.instruction = program.instruction();
+  event.bias_hold_s = program.bias_hold_s();
+  event.bias_threshold_N = program.bias_threshold_N();
+  event.trial_onset_s = static_cast<double>(rows_before) / rate;
+  event.trial_duration_s = static_cast<double>(rows) / rate;
+  return event;
+}
+
+void append(const SessionTrial& trial, const store::TrialSamples& found, Recording& record) {
+  record.events.push_back(event_of(trial, record.rows.size(), record.sampling_frequency));
+  for (const v1::RigSample& sample : found.samples) {
+    recording::Row row;
+    row.is_missing = contract::flags_of(sample).is_missing;
+    row.raw.acquisition_ns = recording::row_time_ns(record, record.rows.size());
+    if (!row.is_missing) {
+      row.raw.encoder_count = sample.encoder_count();
+      row.raw.force_V = sample.force_V();
+    }
+    record.rows.push_back(row);
+    record.commanded.push_back(row.is_missing ? std::array<double, 2>{} : sample.commanded_m());
+    record.phases.push_back(std::min<std::uint8_t>(sample.phase(), v1::PHASE_SAFE));
+  }
+}
+
+/// What must be the same for trials to stand in one run.
+struct RunKey {
+  std::uint32_t posture_index = 0;
+  bus::Payload description;
+  double rate = 0.0;
+  std::array<double, 2> shoulder_origin{};
+  double shoulder_angle = 0.0;
+  bool is_whole_record = false;  // a continuous record is a run by itself
+  bool operator==(const RunKey&) const = default;
+};
+
+}  // namespace
+
+Result<std::vector<Recording>> recordings_of(store::Store& store, const Session& session,
+                                             const Progress& progress) {
+  std::vector<RunKey> keys;
+  std::vector<Recording> runs;
+  std::uint64_t done = 0;
+  // The sign that the identification service was told belongs to the channel, not to the service.
+  const double force_sign = store::recorded_force_sign(session);
+  for (const SessionTrial& trial : session.trials) {
+    if (progress) progress(done++, session.trials.size());
+    if (!trial.outcome || !trial.record || !trial.record->has_samples) continue;
+    TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial, force_sign));
+    TONUS_TRY_ASSIGN(const auto bytes, bus::encode(rig.description));
+    TONUS_TRY_ASSIGN(const auto found, store::read_trial_samples(store, trial));
+    const auto& program = trial.outcome->value.program();
+    const RunKey key{program.posture_index(),
+                     bytes,
+                     trial.outcome->value.sample_rate_Hz(),
+                     program.shoulder_origin_m(),
+                     program.shoulder_angle_rad(),
+                     program.kind() == v1::TRIAL_RECORDING};
+    auto place = key.is_whole_record ? keys.end() : std::find(keys.begin(), keys.end(), key);
+    if (place == keys.end()) {
+      runs.push_back(new_run(session, trial, rig, static_cast<int>(runs.size()) + 1));
+      place = keys.insert(keys.end(), key);
+    }
+    append(trial, found, runs[static_cast<std::size_t>(place - keys.begin())]);
+  }
+  if (progress) progress(session.trials.size(), session.trials.size());
+  if (runs.empty()) {
+    return fail(ErrorCode::kNotFound, fmt::format("session {}: store '{}' has no trial with samples of it",
+                                                  to_hex(session.record.session), store.name()));
+  }
+  return runs;
+}
+
+}  // namespace tonus::formats

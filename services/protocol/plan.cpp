@@ -1,0 +1,194 @@
+#include "services/protocol/plan.hpp"
+
+#include <cmath>
+
+#include "services/protocol/draws.hpp"
+#include "services/protocol/rig_facts.hpp"
+
+namespace tonus::protocol {
+namespace {
+
+constexpr std::uint64_t kRepeatStream = 1ULL << 32;
+constexpr std::uint64_t kPlaceStream = 1ULL << 33;
+constexpr std::uint64_t kForceStream = 1ULL << 34;
+
+std::array<double, 2> pair(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
+
+/// Everything of a trial that is drawn for it alone, in a fixed order.
+void draw_times(const Protocol& protocol, bool has_bias, Draws& draws, v1::TrialProgram& program) {
+  const auto drawn = [&draws](const Span& span) { return draws.uniform(span.low, span.high); };
+  program.wait_s(drawn(protocol.perturbation.wait));
+  program.hold_s(drawn(protocol.perturbation.hold));
+  if (!has_bias) return;
+  program.bias_ramp_s(drawn(protocol.bias->ramp));
+  program.bias_hold_s(drawn(protocol.bias->hold));
+}
+
+v1::TrialProgram base_program(const std::string& posture, std::uint32_t index,
+                              const Eigen::Vector2d& position) {
+  v1::TrialProgram program;
+  program.kind(v1::TRIAL_PERTURBATION);
+  program.posture(posture);
+  program.posture_index(index);
+  program.posture_m(pair(position));
+  program.set_number(1);
+  program.recording_index(-1);
+  program.recording_event(-1);
+  return program;
+}
+
+void append(Plan& plan, v1::TrialProgram program) {
+  const auto index = static_cast<std::uint32_t>(plan.trials.size());
+  program.planned_index(index);
+  const double duration = expected_duration(program);
+  plan.blocks.back().order.push_back(index);
+  plan.trials.push_back({std::move(program), static_cast<std::uint32_t>(plan.blocks.size() - 1), duration});
+}
+
+void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan& plan) {
+  const Perturbation& p = protocol.perturbation;
+  const auto stream = static_cast<std::uint64_t>(plan.blocks.size()) + 1;
+  Draws draws(seed, stream);
+  std::vector<int> directions;
+  for (int repeat = 0; repeat < p.repeats; ++repeat) {
+    for (int k = 0; k < p.directions; ++k) directions.push_back(k);
+  }
+  draws.shuffle(directions);
+  const bool has_bias = block.axis != BiasAxis::kNone;
+  if (has_bias) {
+    block.bias_force =
+        Draws(seed, kForceStream + stream).uniform(protocol.bias->force.low, protocol.bias->force.high);
+  }
+  plan.blocks.push_back(block);
+  const Posture& posture = protocol.postures[block.posture_index];
+  for (const int k : directions) {
+    v1::TrialProgram program = base_program(posture.name, block.posture_index, posture.position);
+    program.shoulder_angle_rad(protocol.shoulder_angle);
+    program.set_number(block.set_number);
+    program.instruction(protocol.instructions[block.instruction_index].name);
+    const double direction = std::fmod(p.first_direction + 360.0 * k / p.directions, 360.0);
+    program.direction_deg(direction < 0.0 ? direction + 360.0 : direction);
+    program.amplitude_m(p.amplitude);
+    program.rise_time_s(p.rise_time);
+    if (has_bias) program.bias_threshold_N(protocol.bias->threshold);
+    draw_times(protocol, has_bias, draws, program);
+    append(plan, std::move(program));
+  }
+}
+
+void append_recording(const Recording& recording, std::uint32_t index, Plan& plan) {
+  Block block;
+  block.posture_index = index;
+  plan.blocks.push_back(block);
+  v1::TrialProgram program = base_program(recording.name, index, recording.position);
+  program.shoulder_origin_m(pair(recording.shoulder));
+  program.shoulder_angle_rad(recording.shoulder_angle);
+  program.instruction(recording.instruction);
+  program.recording_index(static_cast<std::int32_t>(index));
+  if (recording.is_whole) {
+    program.kind(v1::TRIAL_RECORDING);
+    program.hold_s(recording.duration);
+    append(plan, std::move(program));
+    return;
+  }
+  for (int e = 0; e < recording.event_count; ++e) {
+    program.recording_event(e);
+    if (!recording.events.empty()) {
+      const RecordedEvent& event = recording.events[static_cast<std::size_t>(e)];
+      program.set_number(event.set);
+      program.direction_deg(event.direction);
+      program.amplitude_m(event.amplitude);
+      program.rise_time_s(event.rise_time);
+      program.hold_s(event.hold);
+      program.bias_N(pair(event.bias));
+    }
+    append(plan, program);
+  }
+}
+
+}  // namespace
+
+double expected_duration(const v1::TrialProgram& program) {
+  if (program.recording_index() >= 0) return program.hold_s();
+  return kCentringTime + program.wait_s() + program.bias_ramp_s() + program.bias_hold_s() + program.hold_s() +
+         kReturningTime;
+}
+
+Plan build_plan(const Protocol& protocol, std::uint64_t seed) {
+  Plan plan;
+  for (std::size_t r = 0; r < protocol.recordings.size(); ++r) {
+    append_recording(protocol.recordings[r], static_cast<std::uint32_t>(r), plan);
+  }
+  for (std::size_t p = 0; p < protocol.postures.size(); ++p) {
+    for (std::size_t i = 0; i < protocol.instructions.size(); ++i) {
+      for (int set = 1; set <= protocol.perturbation.sets; ++set) {
+        Block block;
+        block.posture_index = static_cast<std::uint32_t>(p);
+        block.instruction_index = static_cast<std::uint32_t>(i);
+        block.set_number = set;
+        if (protocol.bias) block.axis = protocol.bias->axes[static_cast<std::size_t>(set - 1)];
+        append_set(protocol, seed, block, plan);
+      }
+    }
+  }
+  for (const PlannedTrial& trial : plan.trials) {
+    if (trial.program.posture_index() == plan.postures.size()) {
+      v1::PlannedPosture posture;
+      posture.name(trial.program.posture());
+      posture.position_m(trial.program.posture_m());
+      plan.postures.push_back(posture);
+    }
+    auto& posture = plan.postures[trial.program.posture_index()];
+    posture.trials(posture.trials() + 1);
+  }
+  return plan;
+}
+
+void bind_rig(Plan& plan, const Protocol& protocol, const Id& rig_id, const Eigen::Vector2d& home) {
+  for (PlannedTrial& trial : plan.trials) {
+    trial.program.rig_id(rig_id);
+    if (protocol.kind == ProtocolKind::kRecording) continue;
+    const auto& position = trial.program.posture_m();
+    trial.program.shoulder_origin_m(
+        pair(shoulder_origin(home, trial.program.shoulder_angle_rad(), {position[0], position[1]})));
+  }
+}
+
+Eigen::Vector2d bias_force(BiasAxis axis, double force, const BiasAxes& axes) {
+  switch (axis) {
+    case BiasAxis::kNone:
+      return Eigen::Vector2d::Zero();
+    case BiasAxis::kMajorPlus:
+      return force * axes.major;
+    case BiasAxis::kMajorMinus:
+      return -force * axes.major;
+    case BiasAxis::kMinorPlus:
+      return force * axes.minor;
+    case BiasAxis::kMinorMinus:
+      return -force * axes.minor;
+  }
+  return Eigen::Vector2d::Zero();
+}
+
+v1::TrialProgram commanded_program(const Protocol& protocol, const Plan& plan, std::uint32_t planned_index,
+                                   const Id& session_id, std::uint32_t attempt, std::uint64_t seed,
+                                   bool has_run_before, const std::optional<BiasAxes>& axes) {
+  const PlannedTrial& planned = plan.trials[planned_index];
+  const Block& block = plan.blocks[planned.block];
+  v1::TrialProgram program = planned.program;
+  program.session_id(session_id);
+  program.attempt(attempt);
+  const bool has_bias = block.axis != BiasAxis::kNone;
+  if (has_bias && axes) program.bias_N(pair(bias_force(block.axis, block.bias_force, *axes)));
+  if (has_run_before && protocol.kind != ProtocolKind::kRecording) {
+    Draws draws(seed, kRepeatStream + attempt);
+    draw_times(protocol, has_bias, draws, program);
+  }
+  return program;
+}
+
+std::uint32_t requeue_place(std::uint64_t seed, std::uint32_t attempt, std::size_t remaining) {
+  return static_cast<std::uint32_t>(Draws(seed, kPlaceStream + attempt).below(remaining + 1));
+}
+
+}  // namespace tonus::protocol

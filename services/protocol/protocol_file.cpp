@@ -1,0 +1,50 @@
+#include "services/protocol/protocol_file.hpp"
+
+#include <fstream>
+#include <spdlog/fmt/fmt.h>
+#include <sstream>
+
+namespace tonus::protocol {
+namespace {
+
+Result<void> check_part(const Protocol& study, std::size_t subject, const std::string& key,
+                        const std::string& file, ProtocolKind kind) {
+  if (file.empty()) return {};
+  const auto part = load_protocol(std::filesystem::path(study.source).parent_path() / file);
+  const std::string name = fmt::format("subject[{}].{}", subject + 1, key);
+  if (!part) return refuse_value(study, name, fmt::format("\"{}\"", file), part.error().message);
+  if (part->kind != kind) {
+    return refuse_value(
+        study, name, fmt::format("\"{}\"", file),
+        fmt::format("a protocol of kind {}, this is of kind {}", kind_name(kind), kind_name(part->kind)));
+  }
+  return {};
+}
+
+}  // namespace
+
+Result<Protocol> load_protocol(const std::filesystem::path& file) {
+  std::error_code error;
+  if (!std::filesystem::is_regular_file(file, error)) {
+    return fail(ErrorCode::kNotFound, fmt::format("{}: no such protocol file", file.string()));
+  }
+  std::ifstream in(file, std::ios::binary);
+  std::ostringstream text;
+  text << in.rdbuf();
+  if (!in) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read", file.string()));
+
+  auto protocol = parse_protocol(text.str(), file.string());
+  if (!protocol) return protocol;
+  for (std::size_t i = 0; i < protocol->subjects.size(); ++i) {
+    const StudySubject& subject = protocol->subjects[i];
+    for (const auto& [key, name, kind] :
+         {std::tuple{"unloaded", subject.unloaded, ProtocolKind::kUnloaded},
+          std::tuple{"loaded", subject.loaded, ProtocolKind::kLoaded},
+          std::tuple{"instruction", subject.instruction, ProtocolKind::kInstruction}}) {
+      if (auto good = check_part(*protocol, i, key, name, kind); !good) return good.error();
+    }
+  }
+  return protocol;
+}
+
+}  // namespace tonus::protocol

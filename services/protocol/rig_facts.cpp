@@ -1,0 +1,112 @@
+#include "services/protocol/rig_facts.hpp"
+
+#include <Eigen/Geometry>
+#include <Eigen/SVD>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+#include <spdlog/fmt/fmt.h>
+
+#include "services/contract/rig.hpp"
+
+namespace tonus::protocol {
+
+Result<RigFacts> facts_of(const v1::RigDescription& description) {
+  RigFacts facts;
+  facts.rig_id = description.rig_id();
+  facts.name = description.name();
+  facts.kind = contract::kind_of(description.kind()).value_or(RigKind::kTwoLink);
+  facts.links = {description.link_lengths_m()[0], description.link_lengths_m()[1]};
+  facts.home = {description.home_m()[0], description.home_m()[1]};
+  const auto& c = description.force_calibration_N_per_V();
+  const Eigen::Matrix2d calibration = (Eigen::Matrix2d() << c[0], c[1], c[2], c[3]).finished();
+  const Eigen::Vector2d scales = Eigen::JacobiSVD<Eigen::Matrix2d>(calibration).singularValues();
+  const double worst = facts.kind == RigKind::kOneAxis ? std::abs(c[0]) : scales[1];
+  facts.force_limit = worst * description.force_saturation_V();
+
+  if (facts.kind != RigKind::kTwoLink) {
+    // A replayed recording may state no saturation; what it holds was measured already.
+    if (!(facts.force_limit > 0.0)) facts.force_limit = std::numeric_limits<double>::infinity();
+    return facts;
+  }
+  const auto refuse = [&](const char* what, double value, const std::string& allowed) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("rig '{}': {} = {:g} is not allowed: {}", facts.name, what, value, allowed));
+  };
+  for (const double length : description.link_lengths_m()) {
+    if (!(length > 0.0 && length < 10.0))
+      return refuse("link_lengths_m", length, "more than 0, less than 10 m");
+  }
+  if (!facts.links.reaches(facts.home)) {
+    return refuse("distance of home_m from the base", facts.home.norm(),
+                  fmt::format("{:g} to {:g} m", std::abs(facts.links.l1 - facts.links.l2),
+                              facts.links.l1 + facts.links.l2));
+  }
+  if (!(facts.force_limit > 0.0)) return refuse("force full scale", facts.force_limit, "more than 0 N");
+  return facts;
+}
+
+Eigen::Vector2d shoulder_origin(const Eigen::Vector2d& home, double angle, const Eigen::Vector2d& position) {
+  return home - Eigen::Rotation2Dd(angle) * position;
+}
+
+Extremes extremes_of(const Protocol& protocol, const RigFacts& facts) {
+  Extremes e;
+  e.nearest_allowed = std::abs(facts.links.l1 - facts.links.l2) + facts.margin;
+  e.farthest_allowed = facts.links.l1 + facts.links.l2 - facts.margin;
+  e.force_allowed = facts.force_limit;
+  e.nearest = e.farthest = facts.home.norm();
+  if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return e;
+
+  const Perturbation& p = protocol.perturbation;
+  const double excursion = kExcursionOverAmplitude * p.amplitude;
+  for (int k = 0; k < p.directions; ++k) {
+    const double direction =
+        (p.first_direction + 360.0 * k / p.directions) * std::numbers::pi / 180.0 + protocol.shoulder_angle;
+    const Eigen::Vector2d reached =
+        facts.home + excursion * Eigen::Vector2d(std::cos(direction), std::sin(direction));
+    e.nearest = std::min(e.nearest, reached.norm());
+    e.farthest = std::max(e.farthest, reached.norm());
+  }
+  e.bias = protocol.bias ? protocol.bias->force.high : 0.0;
+  e.force = e.bias + kStiffestArm * excursion;
+  return e;
+}
+
+Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) {
+  if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return {};
+  const Extremes e = extremes_of(protocol, facts);
+  const Perturbation& p = protocol.perturbation;
+  if (facts.kind == RigKind::kOneAxis) {
+    if (p.directions > 2) {
+      return refuse_value(protocol, "perturbation.directions", std::to_string(p.directions),
+                          fmt::format("1 to 2 on the one-axis rig '{}'", facts.name));
+    }
+    if (protocol.bias) {
+      return refuse_value(protocol, "kind", "\"loaded\"",
+                          fmt::format("rig '{}' has one axis, and stiffness no ellipse", facts.name));
+    }
+    return {};  // its units may be rad and N m: no force to expect
+  }
+  if (facts.kind == RigKind::kTwoLink && (e.nearest < e.nearest_allowed || e.farthest > e.farthest_allowed)) {
+    return refuse_value(protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+                        fmt::format("rig '{}' reaches {:.3f} to {:.3f} m from its base, excursions of {:g} m "
+                                    "about its home would take "
+                                    "it from {:.3f} to {:.3f} m",
+                                    facts.name, e.nearest_allowed, e.farthest_allowed,
+                                    kExcursionOverAmplitude * p.amplitude, e.nearest, e.farthest));
+  }
+  if (e.bias > e.force_allowed) {
+    return refuse_value(protocol, "bias.force_N", fmt::format("{:g}", e.bias),
+                        fmt::format("rig '{}' measures up to {:g} N", facts.name, e.force_allowed));
+  }
+  if (e.force > e.force_allowed) {
+    return refuse_value(protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+                        fmt::format("rig '{}' measures up to {:g} N, up to {:g} N have to be expected",
+                                    facts.name, e.force_allowed, e.force));
+  }
+  return {};
+}
+
+}  // namespace tonus::protocol

@@ -1,0 +1,81 @@
+#include "services/store/block_header.hpp"
+
+#include <array>
+#include <fastcdr/Cdr.h>
+#include <spdlog/fmt/fmt.h>
+
+#include "idl/bounds.hpp"
+#include "services/bus/payload.hpp"
+#include "services/bus/typed.hpp"
+
+namespace tonus::store {
+namespace {
+
+/// The members of v1::SampleBlock before its samples, in their order, and the number of samples.
+struct Header {
+  Id rig{};
+  Id session{};
+  Id trial{};
+  std::uint64_t epoch = 0;
+  std::uint64_t first_sequence = 0;
+  bool is_resent = false;
+  std::int64_t sent = 0;
+  std::uint32_t samples = 0;
+
+  void deserialize(eprosima::fastcdr::Cdr& cdr) {
+    cdr >> rig >> session >> trial >> epoch >> first_sequence >> is_resent >> sent >> samples;
+  }
+};
+
+/// The contract's bound, which the generated code does not have.
+constexpr std::size_t kMostSamples = 256;
+
+/// Bytes of a block's members with so many samples.
+std::size_t member_bytes(std::size_t samples) {
+  v1::SampleBlock block;
+  block.samples().resize(samples);
+  return v1::SampleBlock::getCdrSerializedSize(block);
+}
+
+}  // namespace
+
+Result<Block> read_block_header(std::span<const std::byte> payload) {
+  static const std::size_t kOne = member_bytes(1);
+  static const std::size_t kMore = member_bytes(2) - kOne;  // each later one is aligned as the second
+  Header header;
+  const auto read = bus::detail::decode_members(
+      payload, &header,
+      [](void* target, eprosima::fastcdr::Cdr& cdr) { static_cast<Header*>(target)->deserialize(cdr); });
+  if (!read) return read.error();
+  const std::size_t count = header.samples;
+  if (count == 0)
+    return fail(ErrorCode::kInvalidArgument,
+                "rig/samples: a block of 0 samples is not allowed; expected 1 to 256");
+  if (count > kMostSamples) {
+    return fail(ErrorCode::kInvalidArgument, v1::out_of_bounds("SampleBlock.samples", count, kMostSamples));
+  }
+  const std::size_t members = kOne + (count - 1) * kMore;
+  const std::size_t whole = bus::kEncapsulationBytes + members;
+  if (payload.size() < whole) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("payload of {} bytes is not allowed; expected {} for {} samples", payload.size(),
+                            whole, count));
+  }
+  TONUS_TRY(bus::detail::check_extent(payload.size(), whole, members));
+  if (header.first_sequence > kLargestSequence || header.epoch > kLargestSequence) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("rig/samples: first_sequence {} and epoch {} are not allowed; expected at most {} each",
+                    header.first_sequence, header.epoch, kLargestSequence));
+  }
+  Block block;
+  block.stream = {header.rig, header.epoch};
+  block.first_sequence = header.first_sequence;
+  block.count = header.samples;
+  block.session = header.session;
+  block.trial = header.trial;
+  block.is_resent = header.is_resent;
+  return block;
+}
+
+}  // namespace tonus::store

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <cstddef>
+#include <span>
+
+#include "services/core/result.hpp"
+#include "services/store/records.hpp"
+
+namespace tonus::store {
+
+/// What a message of rig/samples says of itself, without its samples being taken apart: of the archive's time
+/// that would be most. Refuses with kInvalidArgument exactly what bus::decode<v1::SampleBlock> refuses (every
+/// byte of a sample may have any value, so its length is all there is to check), and beyond that: no
+/// samples, and numbers over 2^62. Leaves received_ns, checksum and payload of the block to the caller.
+[[nodiscard]] Result<Block> read_block_header(std::span<const std::byte> payload);
+
+}  // namespace tonus::store

@@ -1,0 +1,17 @@
+#pragma once
+
+#include <memory>
+#include <string>
+
+#include "services/store/store.hpp"
+
+namespace tonus::store {
+
+/// Opens the store that a person names: the path of an SQLite file, the URL of a PostgreSQL database
+/// (postgresql://USER@HOST/DATABASE), or ":memory:" for the simulated counterpart, which keeps nothing. The
+/// only place that tells one from the other. Errors as SqliteStore::open() and PostgresStore::open();
+/// kInvalidArgument for any other URL.
+[[nodiscard]] Result<std::unique_ptr<Store>> open_store_for_writing(const std::string& name);
+[[nodiscard]] Result<std::unique_ptr<Store>> open_store_for_reading(const std::string& name);
+
+}  // namespace tonus::store

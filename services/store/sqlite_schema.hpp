@@ -1,0 +1,24 @@
+#pragma once
+
+#include <cstdint>
+#include <string_view>
+
+#include "services/core/result.hpp"
+#include "services/store/sqlite.hpp"
+
+namespace tonus::store {
+
+/// "tonu": marks an SQLite file as one of ours (PRAGMA application_id).
+inline constexpr std::int64_t kApplicationId = 0x746F6E75;
+
+/// Version of the tables that this program writes.
+[[nodiscard]] int newest_schema_version();
+
+/// Version of the file's tables; 0: an empty file. kInvalidArgument: not a file of ours, or a newer version.
+[[nodiscard]] Result<int> schema_version(Database& database);
+
+/// Brings the tables to the newest version, each step in a transaction of its own, and notes it in
+/// schema_migrations. Makes the indexes that are missing.
+[[nodiscard]] Result<void> migrate(Database& database, std::uint64_t utc_ns);
+
+}  // namespace tonus::store

@@ -1,0 +1,48 @@
+#include "services/store/store_lock.hpp"
+
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
+#include <spdlog/fmt/fmt.h>
+#include <sys/file.h>
+#include <sys/stat.h>
+#include <unistd.h>
+
+namespace tonus::store {
+namespace {
+
+/// True where the open file is still the one of that name: its last owner may have removed it before we had
+/// the lock.
+bool is_still_there(const std::string& path, int descriptor) {
+  struct stat named {};
+  struct stat opened {};
+  return ::stat(path.c_str(), &named) == 0 && ::fstat(descriptor, &opened) == 0 &&
+         named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
+}
+
+}  // namespace
+
+Result<StoreLock> StoreLock::take(const std::string& store_path) {
+  const std::string path = store_path + "-lock";
+  while (true) {
+    StoreLock lock(path, FileDescriptor(::open(path.c_str(), O_RDWR | O_CREAT | O_CLOEXEC, 0644)));
+    if (!lock.file_.is_open()) {
+      return fail(ErrorCode::kIo, fmt::format("store '{}': cannot be opened for writing: {}", store_path,
+                                              std::strerror(errno)));
+    }
+    if (::flock(lock.file_.get(), LOCK_EX | LOCK_NB) != 0) {
+      (void)lock.file_.close();  // not ours to remove
+      return fail(
+          ErrorCode::kUnavailable,
+          fmt::format("store '{}': is in use: another archive writes it, and one may at a time", store_path));
+    }
+    if (is_still_there(path, lock.file_.get())) return lock;
+    (void)lock.file_.close();
+  }
+}
+
+StoreLock::~StoreLock() {
+  if (file_.is_open()) ::unlink(path_.c_str());
+}
+
+}  // namespace tonus::store

@@ -1,0 +1,203 @@
+#include "analysis_service/identification/identification_core.hpp"
+
+#include <algorithm>
+#include <gmock/gmock.h>
+
+#include "tests/support/made_up_trial/made_up_trial.hpp"
+
+namespace tonus::identification {
+namespace {
+
+using std::chrono::milliseconds;
+using testing::blocks_of;
+using ::testing::ElementsAre;
+using ::testing::IsEmpty;
+using testing::made_up_condition;
+using testing::made_up_trial;
+using ::testing::SizeIs;
+
+Clock::TimePoint at(int ms) { return Clock::TimePoint(milliseconds(ms)); }
+
+CoreSettings fixed_frequency() {
+  CoreSettings settings;
+  settings.live.natural_frequency = 2.5;
+  settings.live.has_trace = false;
+  settings.book.analyses = {settings.live};
+  return settings;
+}
+
+class IdentificationCoreTest : public ::testing::Test {
+ protected:
+  static void introduce(IdentificationCore& core) {
+    core.set_rig(testing::made_up_rig_id(), testing::made_up_rig(), testing::kRate);
+    core.set_session(testing::made_up_session());
+  }
+  static void add(IdentificationCore& core, const MeasuredTrial& trial) {
+    for (const auto& block : blocks_of(trial, 100)) core.add(block);
+  }
+  /// Calls advance, and live as the service does, until there is nothing to do at `now`.
+  IdentificationCore::Output advance(IdentificationCore& core, Clock::TimePoint now) {
+    IdentificationCore::Output all;
+    do {
+      auto output = core.advance(now, true);
+      std::move(output.verdicts.begin(), output.verdicts.end(), std::back_inserter(all.verdicts));
+      std::move(output.estimates.begin(), output.estimates.end(), std::back_inserter(all.estimates));
+      std::move(output.requests.begin(), output.requests.end(), std::back_inserter(all.requests));
+      std::move(output.remarks.begin(), output.remarks.end(), std::back_inserter(all.remarks));
+      now_live_ = core.live(now);
+    } while (core.next_due(now) <= now);
+    return all;
+  }
+
+  std::optional<ConditionEstimate> now_live_;
+  IdentificationCore core_{fixed_frequency()};
+  std::vector<MeasuredTrial> trials_ = made_up_condition();
+};
+
+TEST_F(IdentificationCoreTest, GivesTheVerdictFirstAndTheEstimateInALaterCall) {
+  introduce(core_);
+  add(core_, trials_[0]);
+  core_.add(trials_[0].report, at(0));
+  const auto first = core_.advance(at(0), true);
+  ASSERT_THAT(first.verdicts, SizeIs(1));
+  EXPECT_TRUE(first.verdicts[0].verdict.is_valid) << first.verdicts[0].verdict.detail;
+  EXPECT_THAT(first.estimates, IsEmpty());
+  EXPECT_EQ(core_.next_due(at(0)), at(0));
+  EXPECT_THAT(core_.advance(at(0), true).estimates, SizeIs(1));
+}
+
+TEST_F(IdentificationCoreTest, GivesTheSameEstimateAfterARestartFromReportsAndResentRows) {
+  introduce(core_);
+  std::vector<ConditionEstimate> live_path;
+  for (const auto& trial : trials_) {
+    core_.expect(trial.report.plan);
+    add(core_, trial);
+    core_.add(trial.report, at(0));
+    live_path = advance(core_, at(0)).estimates;
+  }
+  ASSERT_THAT(live_path, SizeIs(1));
+
+  IdentificationCore restarted(fixed_frequency());
+  introduce(restarted);
+  for (const auto& trial : trials_) restarted.add(trial.report, at(0));
+  std::vector<ConditionEstimate> estimates;
+  std::size_t verdicts = 0;
+  for (int ms = 0; ms < 10'000 && verdicts < trials_.size(); ms += 10) {
+    const auto output = advance(restarted, at(ms));
+    verdicts += output.verdicts.size();
+    estimates.insert(estimates.end(), output.estimates.begin(), output.estimates.end());
+    for (const auto& request : output.requests) {
+      const auto wanted = std::find_if(trials_.begin(), trials_.end(), [&](const MeasuredTrial& trial) {
+        return trial.report.range == request.range;
+      });
+      ASSERT_NE(wanted, trials_.end());
+      add(restarted, *wanted);
+    }
+  }
+  EXPECT_EQ(verdicts, trials_.size());
+  ASSERT_THAT(estimates, SizeIs(1));  // none from a part of the trials
+  EXPECT_EQ(estimates[0].estimate.trials_used, live_path[0].estimate.trials_used);
+  EXPECT_EQ(estimates[0].estimate.value.M, live_path[0].estimate.value.M);
+  EXPECT_EQ(estimates[0].estimate.value.K, live_path[0].estimate.value.K);
+  EXPECT_EQ(estimates[0].estimate.high.B, live_path[0].estimate.high.B);
+}
+
+TEST_F(IdentificationCoreTest, ShowsTheConditionWhileAPerturbationIsUnderWay) {
+  introduce(core_);
+  for (std::size_t i = 0; i < 15; ++i) {
+    add(core_, trials_[i]);
+    core_.add(trials_[i].report, at(0));
+  }
+  (void)advance(core_, at(0));
+  core_.expect(trials_[15].report.plan);
+  std::vector<ConditionEstimate> live;
+  int ms = 0;
+  for (const auto& block : blocks_of(trials_[15], 2)) {  // as it comes in real time: 10 ms a block
+    core_.add(block);
+    ms += 10;
+    if (auto estimate = core_.live(at(ms))) live.push_back(std::move(*estimate));
+  }
+  // From the onset on (2.05 s, way back included) at most one in 50 ms.
+  EXPECT_GE(live.size(), 35U);
+  EXPECT_LE(live.size(), 41U);
+  core_.add(trials_[15].report, at(ms));
+  const auto batch = advance(core_, at(ms)).estimates;
+  ASSERT_THAT(batch, SizeIs(1));
+  EXPECT_EQ(live.back().estimate.value.K, batch[0].estimate.value.K);
+  EXPECT_EQ(live.back().estimate.value.M, batch[0].estimate.value.M);
+}
+
+TEST_F(IdentificationCoreTest, LeavesAnInvalidTrialOutOfTheEstimate) {
+  introduce(core_);
+  testing::Recipe recipe;
+  recipe.attempt = 17;
+  recipe.amplitude = 0.02;
+  recipe.first_sequence = 40'000;
+  trials_.push_back(made_up_trial(recipe));
+  for (const auto& trial : trials_) {
+    add(core_, trial);
+    core_.add(trial.report, at(0));
+  }
+  const auto output = advance(core_, at(0));
+  ASSERT_THAT(output.verdicts, SizeIs(17));
+  EXPECT_THAT(output.verdicts[16].verdict.defects, ElementsAre(Defect::kExcursion));
+  ASSERT_THAT(output.estimates, SizeIs(1));
+  EXPECT_THAT(output.estimates[0].estimate.trials_used, SizeIs(16));
+  EXPECT_EQ(output.estimates[0].invalid_trials, 1U);
+}
+
+TEST_F(IdentificationCoreTest, WaitsForTheRigsDescriptionAndThenSaysThatItIsUnknown) {
+  core_.set_session(testing::made_up_session());
+  for (const std::size_t i : {0U, 1U}) {
+    add(core_, trials_[i]);
+    core_.add(trials_[i].report, at(0));
+  }
+  EXPECT_THAT(advance(core_, at(0)).verdicts, IsEmpty());
+  EXPECT_EQ(core_.queue_depth(), 2U);
+  EXPECT_EQ(core_.next_due(at(0)), at(5000));
+  const auto unknown = advance(core_, at(5000)).verdicts;
+  ASSERT_THAT(unknown, SizeIs(2));
+  EXPECT_THAT(unknown[0].verdict.defects, ElementsAre(Defect::kUnknownRig));
+
+  add(core_, trials_[2]);
+  core_.add(trials_[2].report, at(5001));
+  EXPECT_THAT(advance(core_, at(5001)).verdicts, IsEmpty());
+  introduce(core_);
+  const auto known = advance(core_, at(5002)).verdicts;
+  ASSERT_THAT(known, SizeIs(1));
+  EXPECT_TRUE(known[0].verdict.is_valid);
+}
+
+TEST_F(IdentificationCoreTest, DoesNotIdentifyAConditionWhoseTrialsWaitForRows) {
+  introduce(core_);
+  add(core_, trials_[0]);
+  core_.add(trials_[0].report, at(0));
+  core_.add(trials_[1].report, at(0));
+  auto output = advance(core_, at(0));
+  EXPECT_THAT(output.verdicts, SizeIs(1));
+  EXPECT_THAT(output.estimates, IsEmpty());
+  add(core_, trials_[1]);
+  output = advance(core_, at(1));
+  EXPECT_THAT(output.verdicts, SizeIs(1));
+  EXPECT_THAT(output.estimates, SizeIs(1));
+}
+
+TEST_F(IdentificationCoreTest, GivesAnUnloadedSetItsOwnEstimateInALoadedSession) {
+  introduce(core_);
+  testing::Recipe recipe;
+  recipe.attempt = 17;
+  recipe.set = 3;
+  recipe.bias = {0.8, 0.0};
+  recipe.first_sequence = 40'000;
+  trials_.push_back(made_up_trial(recipe));
+  for (const auto& trial : trials_) {
+    add(core_, trial);
+    core_.add(trial.report, at(0));
+  }
+  std::vector<std::int32_t> sets;
+  for (const auto& estimate : advance(core_, at(0)).estimates) sets.push_back(estimate.condition.set);
+  EXPECT_THAT(sets, ::testing::UnorderedElementsAre(0, 1, 2, 3));
+}
+
+}  // namespace
+}  // namespace tonus::identification

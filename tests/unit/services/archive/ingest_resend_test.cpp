@@ -1,0 +1,131 @@
+#include "tests/unit/services/archive/ingest_fixture.hpp"
+
+/// What is asked for again, and what is refused for want of room.
+namespace tonus::archive {
+namespace {
+
+using store::testing::block_of;
+using store::testing::kRig;
+using store::testing::kSession;
+using store::testing::kStream;
+using store::testing::message_of;
+using store::testing::trial_of;
+
+using IngestResend = testing::IngestFixture;
+
+TEST_F(IngestResend, AsksForAGapThatStays) {
+  hear_rig(0);
+  take_samples(0, 20);
+  take_samples(60, 80);
+  EXPECT_TRUE(ingest_->step().resends.empty());
+  EXPECT_TRUE(step_after(milliseconds(99)).resends.empty());
+  const Decisions decisions = step_after(milliseconds(1));
+  ASSERT_EQ(decisions.resends.size(), 1U);
+  EXPECT_EQ(decisions.resends[0].stream, kStream);
+  EXPECT_EQ(decisions.resends[0].range, (store::SequenceRange{20, 60}));
+  take_samples(20, 60, kNoId, true);
+  EXPECT_TRUE(pass(std::chrono::seconds(5), 80).resends.empty());
+}
+
+TEST_F(IngestResend, AsksForTheRestOfATrial) {
+  hear_rig(0);
+  take_samples(0, 60);
+  ingest_->note_outcome(trial_of(1, 0, 99));
+  static_cast<void>(ingest_->step());
+  const Decisions decisions = step_after(milliseconds(100));
+  ASSERT_EQ(decisions.resends.size(), 1U);
+  EXPECT_EQ(decisions.resends[0].range, (store::SequenceRange{60, 100}));
+}
+
+TEST_F(IngestResend, AsksForWhatTheRigSaysItSent) {
+  take_samples(0, 60);
+  hear_rig(500);
+  static_cast<void>(ingest_->step());
+  const Decisions decisions = step_after(milliseconds(100));
+  ASSERT_EQ(decisions.resends.size(), 1U);
+  EXPECT_EQ(decisions.resends[0].range, (store::SequenceRange{60, 500}));
+}
+
+TEST_F(IngestResend, DoesNotAskWhileSamplesFlow) {
+  for (std::uint64_t first = 0; first < 2000; first += 20) {
+    hear_rig(first + 60);
+    take_samples(first, first + 20);
+    EXPECT_TRUE(step_after(milliseconds(50)).resends.empty());
+  }
+}
+
+TEST_F(IngestResend, DoesNotAskForWhatAnotherArchiveHas) {
+  hear_rig(5000, 4000);
+  take_samples(4000, 5000);
+  const Decisions decisions = pass(std::chrono::seconds(2), 5000);
+  EXPECT_TRUE(decisions.resends.empty());
+  ASSERT_FALSE(decisions.stream_receipts.empty());
+  EXPECT_EQ(decisions.stream_receipts[0].through, 5000U);
+  EXPECT_EQ(decisions.stream_receipts[0].counts, (store::Certificate{1000, 1000, 0, 0, 0}));
+  EXPECT_EQ((*store_.streams())[0].origin, 4000U);
+}
+
+TEST_F(IngestResend, GivesNoReceiptForATrialThatAnotherArchiveHasInPart) {
+  ingest_->note_outcome(trial_of(1, 3900, 4099));
+  hear_rig(5000, 4000);
+  take_samples(4000, 5000);
+  const Decisions decisions = pass(std::chrono::seconds(5), 5000);
+  EXPECT_TRUE(decisions.trial_receipts.empty());
+}
+
+TEST_F(IngestResend, AsksOnlyARigThatWasHeardOf) {
+  take_samples(0, 20);
+  take_samples(60, 80);
+  step_after(milliseconds(200));
+  restart();
+  EXPECT_TRUE(step_after(milliseconds(100)).resends.empty());
+  EXPECT_TRUE(step_after(milliseconds(5000)).resends.empty());
+  hear_rig(100);
+  EXPECT_TRUE(ingest_->step().resends.empty());
+  EXPECT_EQ(step_after(milliseconds(100)).resends.size(), 2U);
+}
+
+TEST_F(IngestResend, AsksARigThatCameBackAnew) {
+  hear_rig(100);
+  const Decisions before = pass(std::chrono::seconds(20), 100);
+  EXPECT_LT(before.resends.size(), 12U);
+  clock_.advance(std::chrono::seconds(5));
+  static_cast<void>(ingest_->step());
+  ingest_->note_rig({{kRig, store::testing::kEpoch + 1}, 0, 0});
+  static_cast<void>(ingest_->step());
+  const Decisions decisions = step_after(milliseconds(100));
+  ASSERT_EQ(decisions.resends.size(), 1U);
+  EXPECT_EQ(decisions.resends[0].stream, kStream);
+}
+
+TEST_F(IngestResend, RefusesBlocksItHasNoRoomForAndAsksForThemLater) {
+  options_.backlog_bytes = 200;
+  restart();
+  store_.is_failing = true;
+  hear_rig(0);
+  take_samples(0, 2000);
+  step_after(milliseconds(200));
+  const IngestStatus full = ingest_->status();
+  EXPECT_LE(full.waiting_bytes, 200U);
+  EXPECT_GT(full.refused_blocks, 50U);
+  EXPECT_EQ(full.lost_messages, 0U);
+  EXPECT_TRUE(pass(std::chrono::seconds(3), 2000).resends.empty());  // no use while the store fails
+
+  store_.is_failing = false;
+  const Decisions decisions = pass(std::chrono::seconds(1), 2000);
+  ASSERT_FALSE(decisions.resends.empty());
+  EXPECT_EQ(decisions.resends[0].range.end, 2000U);
+  EXPECT_EQ(decisions.resends[0].range.first, decisions.stream_receipts.at(0).through);
+}
+
+TEST_F(IngestResend, CountsMessagesItHasNoRoomFor) {
+  options_.backlog_bytes = 100;
+  restart();
+  store_.is_failing = true;
+  for (int i = 0; i < 30; ++i) ingest_->take(message_of("rig/command", kRig, "ten octets"), false);
+  EXPECT_EQ(ingest_->status().lost_messages, 10U);
+  EXPECT_EQ(ingest_->status().waiting_bytes, 200U);
+}
+
+}  // namespace
+}  // namespace tonus::archive

@@ -1,0 +1,174 @@
+#include "tests/unit/services/dashboard/gateway_fixture.hpp"
+
+#include <boost/asio/read.hpp>
+#include <boost/asio/write.hpp>
+#include <charconv>
+
+namespace tonus::dashboard::testing {
+namespace {
+
+using tcp = asio::ip::tcp;
+
+tcp::endpoint endpoint(std::uint16_t port) { return {asio::ip::make_address("127.0.0.1"), port}; }
+
+std::string host_of(const Headers& headers, std::uint16_t port) {
+  return headers.host.empty() ? "localhost:" + std::to_string(port) : headers.host;
+}
+
+template <typename Fields>
+void set(Fields& fields, const Headers& headers) {
+  if (!headers.origin.empty()) fields.set(http::field::origin, headers.origin);
+  if (!headers.authorization.empty()) fields.set(http::field::authorization, headers.authorization);
+  if (!headers.cookie.empty()) fields.set(http::field::cookie, headers.cookie);
+}
+
+ServerOptions on_free_port(ServerOptions options) {
+  options.listen.port = 0;
+  options.info_json = "{}";
+  return options;
+}
+
+}  // namespace
+
+Gateway::Gateway(Access access, ServerOptions options, Hub::Options hub_options)
+    : hub_(offered_topics(), std::move(hub_options), clock_,
+           [this](OperatorRequest request) {
+             const std::lock_guard lock(mutex_);
+             asked_.push_back(std::move(request));
+           }),
+      inbox_([this] { server_->wake(); }) {
+  auto server =
+      Server::create(on_free_port(std::move(options)), std::move(access), std::nullopt, hub_, clock_);
+  if (!server) {
+    error_ = server.error().message;
+    return;
+  }
+  server_ = std::move(*server);
+  server_->start(inbox_, [](const Hub&) {});
+  const std::string url = server_->url();
+  const auto colon = url.rfind(':');
+  std::from_chars(url.data() + colon + 1, url.data() + url.size(), port_);
+}
+
+Gateway::~Gateway() {
+  if (server_) server_->stop();
+}
+
+std::uint32_t Gateway::channel(std::string_view topic) const {
+  for (const auto& offered : topics_)
+    if (offered.channel.topic == topic) return offered.channel.id;
+  return 0;
+}
+
+std::vector<OperatorRequest> Gateway::asked() {
+  const std::lock_guard lock(mutex_);
+  return asked_;
+}
+
+void Gateway::put(std::string_view topic, std::uint8_t key, std::size_t bytes) {
+  bus::Key k{};
+  k[0] = key;
+  inbox_.put({channel(topic), k, 1, std::make_shared<const bus::Payload>(bytes, static_cast<std::byte>(key))},
+             topic == "rig/samples");
+}
+
+Client::Client(std::uint16_t port) : port_(port) {}
+
+template <typename Begin>
+beast::error_code Client::wait(const Begin& begin) {
+  beast::error_code outcome = beast::error::timeout;
+  bool is_over = false;
+  begin([&](beast::error_code error, auto...) {
+    outcome = error;
+    is_over = true;
+  });
+  io_.restart();
+  const auto deadline = std::chrono::steady_clock::now() + kLimit;
+  while (!is_over && io_.run_one_until(deadline) > 0) {
+  }
+  if (!is_over) {  // it must not call back into this frame any more
+    ws_.next_layer().close();
+    io_.restart();
+    io_.run();
+    return beast::error::timeout;
+  }
+  return outcome;
+}
+
+int Client::open(const Headers& headers) {
+  if (wait([&](auto done) { ws_.next_layer().async_connect(endpoint(port_), done); })) return 0;
+  ws_.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
+    set(request, headers);
+    if (!headers.subprotocol.empty()) request.set(http::field::sec_websocket_protocol, headers.subprotocol);
+  }));
+  ws_.read_message_max(64 << 20);
+  websocket::response_type response;
+  const auto error =
+      wait([&](auto done) { ws_.async_handshake(response, host_of(headers, port_), headers.target, done); });
+  if (error && error != websocket::error::upgrade_declined) return 0;
+  return static_cast<int>(response.result_int());
+}
+
+void Client::send_text(const std::string& text) {
+  ws_.text(true);
+  (void)wait([&](auto done) { ws_.async_write(asio::buffer(text), done); });
+}
+
+void Client::send_binary(const std::string& bytes) {
+  ws_.binary(true);
+  (void)wait([&](auto done) { ws_.async_write(asio::buffer(bytes), done); });
+}
+
+void Client::subscribe(std::uint32_t id, std::uint32_t channel) {
+  send_text(
+      nlohmann::json{{"op", "subscribe"}, {"subscriptions", {{{"id", id}, {"channelId", channel}}}}}.dump());
+}
+
+std::optional<std::string> Client::receive() {
+  beast::flat_buffer buffer;
+  if (wait([&](auto done) { ws_.async_read(buffer, done); })) {
+    close_code_ = ws_.reason().code;
+    return std::nullopt;
+  }
+  return beast::buffers_to_string(buffer.data());
+}
+
+nlohmann::json Client::receive_op(const std::string& op) {
+  while (const auto message = receive()) {
+    const auto object = nlohmann::json::parse(*message, nullptr, false);
+    if (object.is_object() && object.value("op", "") == op) return object;
+  }
+  return nullptr;
+}
+
+std::pair<int, std::string> get(std::uint16_t port, const Headers& headers) {
+  asio::io_context io;
+  beast::tcp_stream stream(io);
+  stream.connect(endpoint(port));
+  http::request<http::empty_body> request(http::verb::get, headers.target, 11);
+  request.set(http::field::host, host_of(headers, port));
+  set(request, headers);
+  http::write(stream, request);
+  beast::flat_buffer buffer;
+  http::response<http::string_body> response;
+  http::read(stream, buffer, response);
+  return {static_cast<int>(response.result_int()), response.body()};
+}
+
+std::string answer_to(std::uint16_t port, const std::string& bytes) {
+  asio::io_context io;
+  tcp::socket socket(io);
+  socket.connect(endpoint(port));
+  beast::error_code error;
+  asio::write(socket, asio::buffer(bytes), error);
+  std::string answer;
+  bool is_over = false;
+  asio::async_read(socket, asio::dynamic_buffer(answer),
+                   [&](beast::error_code, std::size_t) { is_over = true; });
+  const auto deadline = std::chrono::steady_clock::now() + kLimit;
+  while (!is_over && io.run_one_until(deadline) > 0) {
+  }
+  return answer;
+}
+
+}  // namespace tonus::dashboard::testing

@@ -1,0 +1,68 @@
+#include <boost/asio/ssl.hpp>
+#include <boost/beast/ssl.hpp>
+#include <cstdlib>
+
+#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/services/dashboard/gateway_fixture.hpp"
+
+namespace tonus::dashboard::testing {
+namespace {
+
+using ::testing::HasSubstr;
+
+ServerOptions with_certificate(const std::string& certificate, const std::string& key) {
+  ServerOptions options;
+  options.certificate = certificate;
+  options.key = key;
+  return options;
+}
+
+/// A certificate of its own for localhost, made by the openssl program.
+class TlsTest : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    const std::string command =
+        "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 1 "
+        "-subj /CN=localhost -addext subjectAltName=DNS:localhost -keyout " +
+        key() + " -out " + certificate() + " 2>/dev/null";
+    ASSERT_EQ(std::system(command.c_str()), 0);
+  }
+  std::string certificate() const { return (folder_ / "certificate.pem").string(); }
+  std::string key() const { return (folder_ / "key.pem").string(); }
+  tonus::testing::TemporaryFolder folder_;
+};
+
+TEST_F(TlsTest, ServesOverTlsToWhoTrustsItsCertificate) {
+  Gateway gateway(Access({}, {}), with_certificate(certificate(), key()));
+  ASSERT_EQ(gateway.error(), "");
+  asio::io_context io;
+  asio::ssl::context trust(asio::ssl::context::tls_client);
+  trust.load_verify_file(certificate());
+  trust.set_verify_mode(asio::ssl::verify_peer);
+  websocket::stream<beast::ssl_stream<beast::tcp_stream>> ws(io, trust);
+  beast::get_lowest_layer(ws).connect(
+      asio::ip::tcp::endpoint(asio::ip::make_address("127.0.0.1"), gateway.port()));
+  ws.next_layer().handshake(asio::ssl::stream_base::client);
+  ws.set_option(websocket::stream_base::decorator([](websocket::request_type& request) {
+    request.set(http::field::sec_websocket_protocol, kSubprotocol);
+    request.set(http::field::origin, "https://localhost");
+  }));
+  ws.handshake("localhost", "/");
+  beast::flat_buffer buffer;
+  ws.read(buffer);
+  EXPECT_THAT(beast::buffers_to_string(buffer.data()), HasSubstr("serverInfo"));
+}
+
+TEST_F(TlsTest, PlainHttpGetsNoAnswerFromATlsPort) {
+  Gateway gateway(Access({}, {}), with_certificate(certificate(), key()));
+  EXPECT_EQ(answer_to(gateway.port(), "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").find("HTTP/1.1"),
+            std::string::npos);
+}
+
+TEST_F(TlsTest, FilesThatAreNotThereAreNamed) {
+  Gateway gateway(Access({}, {}), with_certificate("/none.pem", key()));
+  EXPECT_THAT(gateway.error(), HasSubstr("/none.pem"));
+}
+
+}  // namespace
+}  // namespace tonus::dashboard::testing

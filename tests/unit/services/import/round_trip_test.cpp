@@ -1,0 +1,170 @@
+#include <gtest/gtest.h>
+
+#include "services/formats/session_recordings.hpp"
+#include "services/import/session_import.hpp"
+#include "services/recording/dataset.hpp"
+#include "services/store/archived_trial.hpp"
+#include "services/store/memory_store.hpp"
+#include "services/verification/estimate_difference.hpp"
+#include "services/verification/verification.hpp"
+#include "tests/support/made_up_session/made_up_session.hpp"
+#include "tests/support/made_up_trial/made_up_trial.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace tonus::session_import {
+namespace {
+
+class RoundTrip : public ::testing::Test {
+ protected:
+  store::Session archived(made_up::SessionRecipe recipe) {
+    const auto record = made_up::put_session(original_, std::move(recipe));
+    auto session = store::read_session(original_, record.session);
+    EXPECT_TRUE(session) << session.error().message;
+    return *session;
+  }
+
+  /// Out to files and in again, into another archive.
+  store::Session there_and_back(const store::Session& session) {
+    const auto recordings = formats::recordings_of(original_, session);
+    EXPECT_TRUE(recordings) << recordings.error().message;
+    const auto written = recording::write_dataset(folder_ / "dataset", *recordings);
+    EXPECT_TRUE(written) << written.error().message;
+    const auto read = recording::read_dataset(folder_ / "dataset");
+    EXPECT_TRUE(read) << read.error().message;
+    const auto imported = import_recordings(copy_, *read, {"dataset", "0.1.0", 99});
+    EXPECT_TRUE(imported) << imported.error().message;
+    EXPECT_EQ(imported->size(), 1U);
+    auto again = store::read_session(copy_, imported->at(0).session);
+    EXPECT_TRUE(again) << again.error().message;
+    return *again;
+  }
+
+  static void expect_same_numbers(const store::Session& a, const store::Session& b) {
+    const auto before = store::newest_estimates(a);
+    const auto after = store::newest_estimates(b);
+    ASSERT_EQ(before.size(), after.size());
+    for (std::size_t i = 0; i < before.size(); ++i) {
+      const auto difference = verification::difference_of(before[i], after[i]);
+      EXPECT_TRUE(difference.is_equal) << verification::condition_text(before[i]) << " differs in "
+                                       << difference.where << " by " << difference.largest;
+    }
+  }
+
+  ::tonus::testing::TemporaryFolder folder_;
+  store::MemoryStore original_;
+  store::MemoryStore copy_;
+};
+
+TEST_F(RoundTrip, ThroughBidsGivesTheSameEstimatesToTheLastBit) {
+  const auto session = archived(made_up::unloaded_session());
+  const auto again = there_and_back(session);
+  EXPECT_EQ(again.trials.size(), 16U);
+  EXPECT_TRUE(again.is_whole());
+  ASSERT_EQ(store::newest_estimates(session).size(), 1U);
+  expect_same_numbers(session, again);
+}
+
+TEST_F(RoundTrip, KeepsEverySampleWithItsPhase) {
+  const auto session = archived(made_up::unloaded_session());
+  const auto again = there_and_back(session);
+  ASSERT_EQ(again.trials.size(), session.trials.size());
+  for (std::size_t i = 0; i < session.trials.size(); ++i) {
+    const auto before = store::read_trial_samples(original_, session.trials[i]);
+    const auto after = store::read_trial_samples(copy_, again.trials[i]);
+    ASSERT_TRUE(before && after);
+    ASSERT_EQ(before->samples.size(), after->samples.size());
+    for (std::size_t row = 0; row < before->samples.size(); ++row) {
+      const v1::RigSample& had = before->samples[row];
+      const v1::RigSample& has = after->samples[row];
+      EXPECT_EQ(had.encoder_count(), has.encoder_count());
+      EXPECT_EQ(had.force_V(), has.force_V());
+      EXPECT_EQ(had.commanded_m(), has.commanded_m());
+      EXPECT_EQ(had.phase(), has.phase());
+    }
+    const auto& was = session.trials[i].outcome->value;
+    const auto& is = again.trials[i].outcome->value;
+    EXPECT_EQ(was.onset_sequence() - was.first_sequence(), is.onset_sequence() - is.first_sequence());
+    EXPECT_EQ(was.program().direction_deg(), is.program().direction_deg());
+  }
+}
+
+TEST_F(RoundTrip, KeepsLoadedConditionsSetBySet) {
+  auto recipe = made_up::unloaded_session();
+  for (std::uint32_t i = 0; i < 16; ++i) {
+    identification::testing::Recipe loaded;
+    loaded.attempt = 17 + i;
+    loaded.direction_deg = 45.0 * (i % 8);
+    loaded.set = 3;
+    loaded.bias = {0.7, -0.2};
+    loaded.first_sequence = 20'000 + 1000 * i;
+    recipe.trials.push_back(identification::testing::made_up_trial(loaded));
+  }
+  const auto session = archived(std::move(recipe));
+  // Unloaded sets together and one by one, and the loaded one.
+  ASSERT_EQ(store::newest_estimates(session).size(), 4U);
+  expect_same_numbers(session, there_and_back(session));
+}
+
+TEST_F(RoundTrip, KeepsWhyATrialDoesNotCount) {
+  auto recipe = made_up::unloaded_session();
+  recipe.rejected_attempt = 6;
+  const auto session = archived(std::move(recipe));
+  const auto again = there_and_back(session);
+  ASSERT_TRUE(again.trials[5].verdict);
+  EXPECT_FALSE(again.trials[5].verdict->value.is_valid());
+  EXPECT_NE(again.trials[5].verdict->value.detail().find("broken off"), std::string::npos);
+  expect_same_numbers(session, again);
+}
+
+TEST_F(RoundTrip, OfASessionWithLostSamplesMarksThemAsMissing) {
+  auto recipe = made_up::unloaded_session();
+  recipe.is_block_lost = [](std::uint64_t first) { return first == 3700; };
+  const auto session = archived(std::move(recipe));
+  const auto recordings = formats::recordings_of(original_, session);
+  ASSERT_TRUE(recordings) << recordings.error().message;
+  ASSERT_EQ(recordings->size(), 1U);
+  const auto missing = std::count_if(recordings->front().rows.begin(), recordings->front().rows.end(),
+                                     [](const auto& row) { return row.is_missing; });
+  EXPECT_EQ(missing, 50);
+}
+
+TEST_F(RoundTrip, WhatWasImportedIsVerified) {
+  const auto again = there_and_back(archived(made_up::unloaded_session()));
+  const auto v = verification::verify_session(copy_, again.record);
+  ASSERT_TRUE(v) << v.error().message;
+  EXPECT_TRUE(v->is_well()) << v->problems.front();
+  ASSERT_EQ(v->estimates.size(), 1U);
+  EXPECT_EQ(v->estimates[0].outcome, verification::EstimateCheck::Outcome::kEqual);
+}
+
+TEST_F(RoundTrip, TheSameDatasetIsNotImportedTwice) {
+  (void)there_and_back(archived(made_up::unloaded_session()));
+  const auto read = recording::read_dataset(folder_ / "dataset");
+  ASSERT_TRUE(read);
+  const auto twice = import_recordings(copy_, *read, {"dataset", "0.1.0", 100});
+  ASSERT_FALSE(twice);
+  EXPECT_EQ(twice.error().code, ErrorCode::kAlreadyExists);
+  EXPECT_EQ(copy_.sessions()->size(), 1U);
+}
+
+TEST_F(RoundTrip, ADatasetThatStatesNoTrialsGivesThePerturbationsWithTheRestBefore) {
+  const auto session = archived(made_up::unloaded_session());
+  auto recordings = formats::recordings_of(original_, session);
+  ASSERT_TRUE(recordings);
+  for (auto& record : *recordings) {
+    record.phases.clear();
+    for (auto& event : record.events) event.trial_onset_s = event.trial_duration_s = std::nullopt;
+  }
+  const auto imported = import_recordings(copy_, *recordings, {"dataset", "0.1.0", 99});
+  ASSERT_TRUE(imported) << imported.error().message;
+  const auto again = store::read_session(copy_, imported->at(0).session);
+  ASSERT_TRUE(again);
+  const auto estimates = store::newest_estimates(*again);
+  ASSERT_EQ(estimates.size(), 1U);
+  EXPECT_EQ(estimates[0].trials_used(), 16U);
+  // The perturbation of 1.75 s with 1 s before it, its end included, at 200 Hz.
+  EXPECT_EQ(again->trials[0].record->range().count(), 551U);
+}
+
+}  // namespace
+}  // namespace tonus::session_import

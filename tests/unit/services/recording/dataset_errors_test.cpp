@@ -1,0 +1,204 @@
+#include "services/recording/dataset.hpp"
+#include "tests/unit/services/recording/dataset_folder.hpp"
+
+/// Every refusal is one line that names the file, the place, the value and what is allowed.
+namespace tonus::recording {
+namespace {
+
+class DatasetErrors : public testing::DatasetFolder {
+ protected:
+  /// The message of reading the dataset, with the root's path left out.
+  std::string refusal() {
+    const auto recordings = read_dataset(root_);
+    if (recordings) return "nothing refused";
+    std::string message = recordings.error().message;
+    EXPECT_EQ(message.find('\n'), std::string::npos) << message;
+    const std::string prefix = root_.string() + "/";
+    if (message.starts_with(prefix)) message.erase(0, prefix.size());
+    return message;
+  }
+
+  std::string refusal_of(const std::string& name, const std::string& text) {
+    put(name, text);
+    return refusal();
+  }
+};
+
+TEST_F(DatasetErrors, NameAMissingFolder) {
+  EXPECT_EQ(refusal(),
+            "dataset '" + root_.string() + "': no such folder; expected the root of a BIDS dataset");
+}
+
+TEST_F(DatasetErrors, NameAFolderThatIsNoDataset) {
+  std::filesystem::create_directories(root_);
+  EXPECT_EQ(refusal(),
+            "dataset '" + root_.string() + "': is not a BIDS dataset: dataset_description.json is missing");
+}
+
+TEST_F(DatasetErrors, NameADatasetWithoutRecordings) {
+  EXPECT_EQ(refusal_of("dataset_description.json", "{}"),
+            "dataset '" + root_.string() + "': has no recording; expected sub-*/[ses-*/]motion/*_motion.tsv");
+}
+
+TEST_F(DatasetErrors, NameABadFileName) {
+  put_one_axis();
+  EXPECT_EQ(refusal_of("sub-07/motion/sub-07_task-hold_run-01_motion.tsv", "1\n"),
+            "sub-07/motion/sub-07_task-hold_run-01_motion.tsv: file name is not allowed; expected "
+            "tracksys-<label>");
+}
+
+TEST_F(DatasetErrors, NameTheSidecarThatIsMissing) {
+  put_one_axis();
+  std::filesystem::remove(root_ / (kOneAxisStem + "_motion.json"));
+  EXPECT_EQ(refusal(), kOneAxisStem + "_motion.json: cannot be read: No such file or directory");
+  put_one_axis();
+  std::filesystem::remove(root_ / (kOneAxisStem + "_channels.tsv"));
+  EXPECT_EQ(refusal(), kOneAxisStem + "_channels.tsv: cannot be read: No such file or directory");
+}
+
+TEST_F(DatasetErrors, NameThePlaceOfBrokenJson) {
+  put_one_axis();
+  const std::string message = refusal_of(kOneAxisStem + "_motion.json", "{\"TaskName\": \"hold\",\n  oops}");
+  EXPECT_TRUE(
+      message.starts_with(kOneAxisStem + "_motion.json: is not JSON: parse error at line 2, column 3"))
+      << message;
+}
+
+TEST_F(DatasetErrors, SurviveJsonThatIsNestedWithoutEnd) {
+  put_one_axis();
+  const std::string open(200000, '[');
+  const std::string close(200000, ']');
+  EXPECT_EQ(refusal_of(kOneAxisStem + "_motion.json", "{\"SamplingFrequency\": " + open + close + "}"),
+            kOneAxisStem +
+                "_motion.json: SamplingFrequency = [[[[[[[[[[[[[[[]]]]]]]]]]]]]]] is not allowed; expected a "
+                "number");
+}
+
+TEST_F(DatasetErrors, NameASamplingFrequencyThatIsNotAllowed) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_motion.json";
+  EXPECT_EQ(refusal_of(file, "{}"), file + ": SamplingFrequency is missing; expected a number");
+  EXPECT_EQ(refusal_of(file, R"({"SamplingFrequency": "fast"})"),
+            file + ": SamplingFrequency = \"fast\" is not allowed; expected a number");
+  EXPECT_EQ(refusal_of(file, R"({"SamplingFrequency": 0})"),
+            file + ": SamplingFrequency = 0 is not allowed; expected more than 0 and up to 1000000 Hz");
+}
+
+TEST_F(DatasetErrors, NameLineAndColumnOfABadNumber) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_motion.tsv";
+  EXPECT_EQ(refusal_of(file, "1\t2\n3\tfour\n"),
+            file + ":2: column '2': 'four' is not allowed; expected a number or n/a");
+  EXPECT_EQ(refusal_of(file, "1,5\t2\n"),
+            file + ":1: column '1': '1,5' is not allowed; expected a number or n/a");
+  EXPECT_EQ(refusal_of(file, "1\tnan\n"),
+            file + ":1: column '2': 'nan' is not allowed; expected a number or n/a");
+  EXPECT_EQ(refusal_of(file, "1\t1e999\n"),
+            file + ":1: column '2': '1e999' is not allowed; expected a number or n/a");
+  EXPECT_EQ(refusal_of(file, "1\t2\n\t2\n"),
+            file + ":2: column '1': '' is not allowed; expected a number or n/a");
+}
+
+TEST_F(DatasetErrors, NameALineWithAnotherNumberOfCells) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_motion.tsv";
+  const std::string needed = " cells are not allowed; expected 2, one for each line of _channels.tsv";
+  EXPECT_EQ(refusal_of(file, "1\t2\n3\n"), file + ":2: 1" + needed);
+  EXPECT_EQ(refusal_of(file, "1\t2\t3\n"), file + ":1: 3 or more" + needed);
+  EXPECT_EQ(refusal_of(file, ""), file + ": is empty; expected a row");
+}
+
+TEST_F(DatasetErrors, NameChannelsThatCannotBeUsed) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_channels.tsv";
+  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\trad\nemg\tMISC\tV\n"),
+            file +
+                ": channels angle, emg are not allowed: needed are q1, q2, f1, f2, or x, y, fx, fy, or one "
+                "channel of "
+                "type JNTANG or POS and one of type MISC in N or N m");
+  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\tdeg\ntorque\tMISC\tN m\n"),
+            file + ":2: column 'units': 'deg' is not allowed; expected 'm' or 'rad'");
+  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\trad\nforce\tMISC\tN\n"),
+            file + ":3: column 'units': 'N' is not allowed; expected 'N m' for channel force");
+  EXPECT_EQ(refusal_of(file, "name\ttype\nangle\tJNTANG\n"),
+            file + ":1: column 'units' is missing; expected the columns name, type, units");
+  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\n"),
+            file + ":2: 2 cells are not allowed: the header has 3");
+  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\tname\n"),
+            file + ":1: column 'name' occurs twice; expected once");
+}
+
+TEST_F(DatasetErrors, NameARawUnitThatIsNotAllowed) {
+  put_raw();
+  EXPECT_EQ(refusal_of(kRawStem + "_channels.tsv",
+                       "name\ttype\tunits\nq1\tMISC\tcount\nq2\tMISC\tcount\nf1\tMISC\tmV\nf2\tMISC\tV\n"),
+            kRawStem + "_channels.tsv:4: column 'units': 'mV' is not allowed; expected 'V' for channel f1");
+}
+
+TEST_F(DatasetErrors, NameWhatTheRigDoesNotState) {
+  put_raw();
+  const std::string file = kRawStem + "_channels.json";
+  std::filesystem::remove(root_ / file);
+  EXPECT_EQ(refusal(), file + ": Rig.Axes is missing; expected a number");
+  EXPECT_EQ(refusal_of(file, raw_json_with("\"Axes\": 2", "\"Axes\": 1")),
+            file + ": Rig.Axes = 1 is not allowed; expected 2 for these channels");
+  EXPECT_EQ(refusal_of(file, raw_json_with("[0.3, 0.35]", "[0.3]")),
+            file + ": Rig.LinkLengths_m = [0.3] is not allowed; expected an array of 2 numbers");
+  EXPECT_EQ(refusal_of(file, raw_json_with("\"EncoderSign\"", "\"Sign\"")),
+            file + ": Rig.EncoderSign is missing; expected an array of 2 numbers");
+  EXPECT_EQ(refusal_of(file, raw_json_with("[[4.0, 0.5], [0.0, 4.45]]", "[4.0, 4.45]")),
+            file +
+                ": Rig.ForceCalibration_N_per_V = [4.0,4.45] is not allowed; expected an array of 2 rows of "
+                "2 numbers");
+  EXPECT_EQ(refusal_of(file, raw_json_with("[1, -1]", "[1, 2]")),
+            file + ": rig: EncoderSign is 2, allowed is +1 or -1");
+  EXPECT_EQ(refusal_of(file, raw_json_with("\"angle_rad\": 0.2", "\"angle_rad\": \"?\"")),
+            file + ": ShoulderInRobot.angle_rad = \"?\" is not allowed; expected a number");
+}
+
+TEST_F(DatasetErrors, NameABadForceSign) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_channels.json";
+  EXPECT_EQ(refusal_of(file, R"({"Rig": {"Axes": 1, "ForceSign": 2}})"),
+            file + ": Rig.ForceSign = 2 is not allowed; expected 1 or -1");
+}
+
+TEST_F(DatasetErrors, NameAnEventThatIsNotAllowed) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_events.tsv";
+  EXPECT_EQ(refusal_of(file, "onset\ttrial\n0\t1\n"),
+            file + ":1: column 'duration' is missing; expected the columns onset, duration");
+  EXPECT_EQ(refusal_of(file, "onset\tduration\n-1\t0\n"),
+            file + ":2: column 'onset': '-1' is not allowed; expected a number of at least 0");
+  EXPECT_EQ(refusal_of(file, "onset\tduration\n0.001\t0.5\n"),
+            file +
+                ":2: column 'duration': '0.5' is not allowed; expected an end within the record's "
+                "0.002 s, from the onset at 0.001 s");
+  EXPECT_EQ(refusal_of(file, "onset\tduration\tvalid\n0\t0.001\tmaybe\n"),
+            file + ":2: column 'valid': 'maybe' is not allowed; expected true, false or n/a");
+  EXPECT_NE(refusal_of(file, "onset\tduration\ttrial_onset_s\n0\t0.001\t0\n")
+                .find(":2: column 'trial_duration_s': 'n/a' is not allowed; expected both or none"),
+            std::string::npos);
+  EXPECT_NE(
+      refusal_of(file, "onset\tduration\ttrial_onset_s\ttrial_duration_s\n0\t0.001\t0\t9\n")
+          .find(":2: column 'trial_onset_s': '0' is not allowed; expected a trial that holds the onset"),
+      std::string::npos);
+  EXPECT_EQ(refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t1.5\n"),
+            file + ":2: column 'trial': '1.5' is not allowed; expected a whole number");
+  EXPECT_EQ(refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t3\n0.001\t0.001\t3\n"),
+            "events of sub-07 run 2: trial 3 occurs twice; expected once in a session");
+  EXPECT_EQ(refusal_of(file, "onset\tduration\n"),
+            file + ": has no row of trial_type perturbation; expected one");
+}
+
+TEST_F(DatasetErrors, NameAParticipantThatIsNotAllowed) {
+  put_one_axis();
+  EXPECT_EQ(refusal_of("participants.tsv", "participant_id\tage\nsub-07\told\n"),
+            "participants.tsv:2: column 'age': 'old' is not allowed; expected a number or n/a");
+  EXPECT_EQ(refusal_of("participants.tsv", "participant_id\nsub-01\n"),
+            "participants.tsv: participant 'sub-07' is missing; expected a row, as the dataset has "
+            "recordings of it");
+}
+
+}  // namespace
+}  // namespace tonus::recording

@@ -1,0 +1,152 @@
+#include <fstream>
+#include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
+#include "services/store/open_store.hpp"
+#include "services/store/sqlite.hpp"
+#include "services/store/sqlite_schema.hpp"
+#include "services/store/sqlite_store.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace tonus::store {
+namespace {
+
+namespace fs = std::filesystem;
+
+class SqliteOpen : public ::testing::Test {
+ protected:
+  static std::string refusal(const Result<std::unique_ptr<SqliteStore>>& store) {
+    return store ? "nothing refused" : store.error().message;
+  }
+  [[nodiscard]] std::string write_refusal() const {
+    return refusal(SqliteStore::open(path_, SqliteStore::Access::kWrite));
+  }
+  [[nodiscard]] std::string read_refusal() const {
+    return refusal(SqliteStore::open(path_, SqliteStore::Access::kRead));
+  }
+  [[nodiscard]] std::string named(const std::string& rest) const { return "store '" + path_ + "': " + rest; }
+
+  /// Runs SQL on the file with a connection of its own.
+  void run(const std::string& sql) const {
+    auto database = Database::open(path_, Database::Mode::kReadWrite);
+    ASSERT_TRUE(database);
+    const auto done = database->run(sql.c_str());
+    ASSERT_TRUE(done) << done.error().message;
+  }
+
+  tonus::testing::TemporaryFolder folder_;
+  std::string path_ = folder_ / "study.sqlite";
+};
+
+TEST_F(SqliteOpen, MakesAFileThatSaysWhatItIs) {
+  { ASSERT_EQ(write_refusal(), "nothing refused"); }
+  auto database = Database::open(path_, Database::Mode::kReadOnly);
+  ASSERT_TRUE(database);
+  EXPECT_EQ(*database->number("PRAGMA application_id"), 0x746F6E75);
+  EXPECT_EQ(*database->number("SELECT max(version) FROM schema_migrations"), newest_schema_version());
+  EXPECT_EQ(*database->text("PRAGMA journal_mode"), "wal");
+}
+
+TEST_F(SqliteOpen, LeavesNothingBesideTheFileAfterAnOrderlyEnd) {
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  EXPECT_EQ(std::distance(fs::directory_iterator(folder_.path()), fs::directory_iterator()), 1);
+}
+
+TEST_F(SqliteOpen, NamesAFolderThatIsMissing) {
+  path_ = folder_ / "no" / "study.sqlite";
+  EXPECT_EQ(write_refusal(), named("its folder '" + (folder_ / "no").string() + "' does not exist"));
+}
+
+TEST_F(SqliteOpen, NamesAFolderInPlaceOfAFile) {
+  fs::create_directory(path_);
+  EXPECT_EQ(write_refusal(), named("is a folder; expected a file"));
+}
+
+TEST_F(SqliteOpen, DoesNotMakeAFileToReadFrom) {
+  EXPECT_EQ(read_refusal(), named("no such file"));
+  EXPECT_FALSE(fs::exists(path_));
+}
+
+TEST_F(SqliteOpen, RefusesAFileThatIsNotSqlite) {
+  std::ofstream(path_) << std::string(5000, 'x');
+  EXPECT_EQ(write_refusal(), named("is not an archive of tonus: it is not an SQLite file"));
+  EXPECT_EQ(read_refusal(), named("is not an archive of tonus: it is not an SQLite file"));
+  EXPECT_EQ(fs::file_size(path_), 5000U);
+}
+
+TEST_F(SqliteOpen, RefusesAnotherProgramsFileAndLeavesItAlone) {
+  run("CREATE TABLE theirs (x)");
+  EXPECT_EQ(write_refusal(),
+            named("is not an archive of tonus: its application_id is 0x0; expected 0x746f6e75"));
+  auto database = Database::open(path_, Database::Mode::kReadOnly);
+  EXPECT_EQ(*database->text("PRAGMA journal_mode"), "delete");
+  EXPECT_EQ(*database->number("SELECT count(*) FROM sqlite_master"), 1);
+}
+
+TEST_F(SqliteOpen, RefusesANewerSchema) {
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  run("INSERT INTO schema_migrations VALUES (900, 'from the future', 0)");
+  const std::string expected =
+      named("schema version 900 is not allowed; expected 1 to " + std::to_string(newest_schema_version()) +
+            "; a newer program wrote the file");
+  EXPECT_EQ(write_refusal(), expected);
+  EXPECT_EQ(read_refusal(), expected);
+}
+
+TEST_F(SqliteOpen, LetsOneArchiveWriteAtATimeAndOthersRead) {
+  const auto writer = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+  ASSERT_TRUE(writer);
+  EXPECT_EQ(write_refusal(), named("is in use: another archive writes it, and one may at a time"));
+  EXPECT_EQ(read_refusal(), "nothing refused");
+  Batch batch;
+  batch.sessions = {{}};
+  EXPECT_TRUE((*writer)->commit(batch));
+  auto reader = SqliteStore::open(path_, SqliteStore::Access::kRead);
+  ASSERT_TRUE(reader);
+  EXPECT_EQ((*reader)->sessions()->size(), 1U);
+  EXPECT_FALSE((*reader)->commit(batch));
+}
+
+TEST_F(SqliteOpen, NamesAFileThatMayNotBeWritten) {
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  ::chmod(path_.c_str(), 0444);
+  ::chmod(folder_.path().c_str(), 0777);  // the lock file may be made, the store not be written
+  int ends[2];
+  ASSERT_EQ(::pipe(ends), 0);
+  const pid_t child = ::fork();
+  if (child == 0) {
+    // Whoever may do anything is not refused: look as somebody else.
+    if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) ::_exit(2);
+    const std::string message = write_refusal();
+    ::_exit(::write(ends[1], message.data(), message.size()) == static_cast<ssize_t>(message.size()) ? 0 : 3);
+  }
+  ::close(ends[1]);
+  std::string message(1000, '\0');
+  message.resize(
+      static_cast<std::size_t>(std::max<ssize_t>(0, ::read(ends[0], message.data(), message.size()))));
+  ::close(ends[0]);
+  int status = 0;
+  ::waitpid(child, &status, 0);
+  EXPECT_EQ(status, 0);
+  EXPECT_EQ(message, named("is read-only; expected a writable file"));
+}
+
+TEST_F(SqliteOpen, TellsFilesFromMemoryByTheirName) {
+  const auto memory = open_store_for_writing(":memory:");
+  ASSERT_TRUE(memory);
+  EXPECT_EQ((*memory)->name(), ":memory:");
+  EXPECT_FALSE(fs::exists(":memory:"));
+  const auto file = open_store_for_writing(path_);
+  ASSERT_TRUE(file);
+  EXPECT_EQ((*file)->name(), path_);
+  const auto url = open_store_for_writing("mysql://host/study");
+  ASSERT_FALSE(url);
+  EXPECT_EQ(url.error().message,
+            "store 'mysql://host/study': is not allowed; expected the path of a file, "
+            "postgresql://... or :memory:");
+}
+
+}  // namespace
+}  // namespace tonus::store
