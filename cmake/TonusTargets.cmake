@@ -35,11 +35,11 @@ if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CMAKE_CXX_COMPILER_VERSION VERSION_L
   target_compile_options(tonus_options INTERFACE -Wno-restrict)
 endif()
 
-# Nearly half of a build are the tests' own sources, and nobody measures how fast those run; likewise command lines.
+# Tests' own sources are nearly half of a build, and their speed does not matter; neither does that of command lines.
 set(TONUS_SHORT_BUILD $<$<CONFIG:RelWithDebInfo>:-O1>)
 
-# Three precompiled headers, none of which costs a source more than it saves. CLI11 and nlohmann-json are in that of the
-# command lines alone: whoever reads CLI11 compiles its validators too, for 5 s. Sources include what they use all the same.
+# Three precompiled headers. CLI11 and nlohmann-json are in that of the command lines alone: a source that includes CLI11
+# compiles its validators too, which takes 5 s. Sources still include what they use, so that they build without.
 option(TONUS_PRECOMPILED_HEADERS "Read the headers of std, spdlog, Eigen, toml++ once for all sources" OFF)
 if(TONUS_PRECOMPILED_HEADERS)
   if(CMAKE_CXX_COMPILER_ID STREQUAL "GNU" AND CCACHE)
