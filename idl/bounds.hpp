@@ -5,6 +5,7 @@
 #include <idl/archive.h>
 #include <idl/estimate.h>
 #include <idl/rig.h>
+#include <idl/service.h>
 #include <idl/session.h>
 #include <idl/trial.h>
 
@@ -25,6 +26,18 @@ namespace tonus::v1 {
 
 [[nodiscard]] inline std::string bounds_violation(const FlightRecord& record) {
   if (record.cycles().size() > 256) return out_of_bounds("FlightRecord.cycles", record.cycles().size(), 256);
+  return {};
+}
+
+[[nodiscard]] inline std::string bounds_violation(const RigDescription& rig) {
+  if (rig.limits_off().size() > 16)
+    return out_of_bounds("RigDescription.limits_off", rig.limits_off().size(), 16);
+  return {};
+}
+
+[[nodiscard]] inline std::string bounds_violation(const ServiceHealth& health) {
+  if (health.warnings().size() > 16)
+    return out_of_bounds("ServiceHealth.warnings", health.warnings().size(), 16);
   return {};
 }
 
@@ -50,6 +63,9 @@ namespace tonus::v1 {
   if (estimate.reasons().size() > 16) return out_of_bounds("Estimate.reasons", estimate.reasons().size(), 16);
   if (estimate.trials().size() > 1024)
     return out_of_bounds("Estimate.trials", estimate.trials().size(), 1024);
+  if (estimate.checks().size() > 16) return out_of_bounds("Estimate.checks", estimate.checks().size(), 16);
+  if (estimate.parameters().size() > 16)
+    return out_of_bounds("Estimate.parameters", estimate.parameters().size(), 16);
   return {};
 }
 
@@ -72,8 +88,8 @@ namespace tonus::v1 {
 }
 
 [[nodiscard]] inline std::string bounds_violation(const RigCommand& command) {
-  if (command.request() > RIG_ABORT_TRIAL)
-    return out_of_bounds("RigCommand.request", command.request(), RIG_ABORT_TRIAL);
+  if (command.request() > RIG_DISARM)
+    return out_of_bounds("RigCommand.request", command.request(), RIG_DISARM);
   return {};
 }
 

@@ -20,7 +20,7 @@ namespace tonus::topics {
 namespace qos {
 using std::chrono::milliseconds;
 
-/// The last value of each key, also for who comes late.
+/// The last value of each key, also for late joiners.
 inline constexpr bus::Qos kLatest{.reliable = true,
                                   .durability = bus::Durability::kTransientLocal,
                                   .history = bus::History::kKeepLast,
@@ -35,14 +35,14 @@ inline constexpr bus::Qos kAlive{.reliable = true,
                                  .liveliness_lease = milliseconds(500),
                                  .max_blocking = milliseconds(1000)};
 
-/// Every message to who is there now; a full history is an error to the sender, who tries again.
+/// Every message, to current readers only; a full history is an error to the sender, which retries.
 inline constexpr bus::Qos kRequest{.reliable = true,
                                    .durability = bus::Durability::kVolatile,
                                    .history = bus::History::kKeepAll,
                                    .depth = 256,
                                    .max_blocking = milliseconds(200)};
 
-/// Blocks of samples: every one to who is there now, with back-pressure; the rig's spool fills what is
+/// Blocks of samples: every one to current readers, with back-pressure; the rig's spool fills what is
 /// missing.
 inline constexpr bus::Qos kStream{.reliable = true,
                                   .durability = bus::Durability::kVolatile,
@@ -50,7 +50,7 @@ inline constexpr bus::Qos kStream{.reliable = true,
                                   .depth = 1000,
                                   .max_blocking = milliseconds(20)};
 
-/// For eyes only: an old value is worth nothing.
+/// Best effort: an old value is worth nothing.
 inline constexpr bus::Qos kLive{.reliable = false,
                                 .durability = bus::Durability::kVolatile,
                                 .history = bus::History::kKeepLast,
@@ -71,6 +71,8 @@ inline constexpr Topic<v1::FlightRecord> kRigFlightRecord{
 inline constexpr Topic<v1::RigCommand> kRigCommand{
     {"rig/command", "tonus::v1::RigCommand", qos::kRequest, 4096}};
 inline constexpr Topic<v1::RigReply> kRigReply{{"rig/reply", "tonus::v1::RigReply", qos::kRequest, 4096}};
+inline constexpr Topic<v1::RigStop> kRigStop{{"rig/stop", "tonus::v1::RigStop", qos::kLive, 1024}};
+inline constexpr Topic<v1::RigLease> kRigLease{{"rig/lease", "tonus::v1::RigLease", qos::kLive, 256}};
 inline constexpr Topic<v1::TrialCommand> kTrialCommand{
     {"trial/command", "tonus::v1::TrialCommand", qos::kRequest, 4096}};
 inline constexpr Topic<v1::TrialOutcome> kTrialOutcome{
@@ -105,14 +107,17 @@ inline constexpr Topic<v1::ClockEcho> kClockEcho{{"clock/echo", "tonus::v1::Cloc
 inline constexpr Topic<v1::ClockOffset> kClockOffset{
     {"clock/offset", "tonus::v1::ClockOffset", qos::kLatest, 4096}};
 
-/// Every topic, for who carries bytes without reading them.
+/// Every topic, for programs that carry bytes without reading them.
 inline constexpr std::array kAll{
-    kRigDescription.spec,       kRigState.spec,       kRigSamples.spec,     kRigTiming.spec,
-    kRigFlightRecord.spec,      kRigCommand.spec,     kRigReply.spec,       kTrialCommand.spec,
-    kTrialOutcome.spec,         kTrialVerdict.spec,   kEstimateLive.spec,   kEstimateCondition.spec,
-    kSessionPlan.spec,          kSessionState.spec,   kSessionCommand.spec, kSessionReply.spec,
-    kSessionCue.spec,           kArchiveReceipt.spec, kArchiveResend.spec,  kServiceHealth.spec,
-    kServiceConfiguration.spec, kClockProbe.spec,     kClockEcho.spec,      kClockOffset.spec,
+    kRigDescription.spec, kRigState.spec,        kRigSamples.spec,
+    kRigTiming.spec,      kRigFlightRecord.spec, kRigCommand.spec,
+    kRigReply.spec,       kTrialCommand.spec,    kTrialOutcome.spec,
+    kTrialVerdict.spec,   kEstimateLive.spec,    kEstimateCondition.spec,
+    kSessionPlan.spec,    kSessionState.spec,    kSessionCommand.spec,
+    kSessionReply.spec,   kSessionCue.spec,      kArchiveReceipt.spec,
+    kArchiveResend.spec,  kServiceHealth.spec,   kServiceConfiguration.spec,
+    kClockProbe.spec,     kClockEcho.spec,       kClockOffset.spec,
+    kRigStop.spec,        kRigLease.spec,
 };
 
 }  // namespace tonus::topics

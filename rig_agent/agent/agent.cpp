@@ -348,7 +348,7 @@ void Agent::publish_state_if_due() {
   v1::RigState state;
   state.rig_id(options_.names.id);
   state.epoch(options_.epoch);
-  state.mode(loop.faults != 0 ? v1::RIG_FAULT : running_ ? v1::RIG_IN_TRIAL : v1::RIG_IDLE);
+  state.mode(loop.faults != 0 ? v1::RIG_HELD : running_ ? v1::RIG_IN_TRIAL : v1::RIG_FREE);
   if (running_) state.trial_id(running_->command.trial_id());
   state.next_sequence(loop.next_sequence);
   state.received_through(received_through_);

@@ -28,7 +28,7 @@ int hex_digit(char c) {
 Id random_id() {
   std::random_device device;
   Id id;
-  for (auto& octet : id) octet = static_cast<std::uint8_t>(device());
+  for (auto& byte : id) byte = static_cast<std::uint8_t>(device());
   return id;
 }
 
@@ -47,9 +47,9 @@ std::string to_hex(const Id& id) {
   static constexpr char kDigits[] = "0123456789abcdef";
   std::string text;
   text.reserve(32);
-  for (const auto octet : id) {
-    text.push_back(kDigits[octet >> 4]);
-    text.push_back(kDigits[octet & 15]);
+  for (const auto byte : id) {
+    text.push_back(kDigits[byte >> 4]);
+    text.push_back(kDigits[byte & 15]);
   }
   return text;
 }

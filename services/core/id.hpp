@@ -9,7 +9,7 @@
 
 namespace tonus {
 
-/// Name of a thing on the bus: 16 octets, all zero for "none".
+/// Name of a thing on the bus: 16 bytes, all zero for "none".
 using Id = std::array<std::uint8_t, 16>;
 
 inline constexpr Id kNoId{};
@@ -17,7 +17,7 @@ inline constexpr Id kNoId{};
 /// 128 random bits from the operating system.
 [[nodiscard]] Id random_id();
 
-/// The same id for the same text, different for different texts (first 16 octets of two 64-bit FNV-1a
+/// The same id for the same text, different for different texts (first 16 bytes of two 64-bit FNV-1a
 /// hashes): what lets a restarted service, rig or estimate take its place again without asking anybody.
 [[nodiscard]] Id id_of(std::string_view text);
 

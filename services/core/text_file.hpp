@@ -17,13 +17,13 @@ namespace tonus {
 /// An ordinary file, open for reading.
 struct RegularFile {
   FileDescriptor descriptor;
-  std::size_t size;  ///< octets when it was opened
+  std::size_t size;  ///< bytes when it was opened
 };
 
 /// As file_error(); kIo also for a folder or a device.
 [[nodiscard]] Result<RegularFile> open_for_reading(const std::filesystem::path& path);
 
-/// The whole file, octet for octet. kNotFound or kIo names it and the reason.
+/// The whole file, byte for byte. kNotFound or kIo names it and the reason.
 [[nodiscard]] Result<std::string> read_text_file(const std::filesystem::path& path);
 
 /// Makes a file that is not there yet and waits until its content is on the disk. kIo names it and the

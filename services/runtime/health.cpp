@@ -1,5 +1,6 @@
 #include "services/runtime/health.hpp"
 
+#include <array>
 #include <spdlog/fmt/fmt.h>
 #include <unistd.h>
 #include <utility>
@@ -15,6 +16,12 @@ namespace tonus::runtime {
 namespace {
 
 constexpr std::chrono::milliseconds kPeriod{500};
+constexpr std::size_t kMostWarnings = 16;  // the contract's bound
+
+std::string host_name() {
+  std::array<char, 256> name{};
+  return gethostname(name.data(), name.size() - 1) == 0 ? std::string(name.data()) : std::string();
+}
 
 v1::ServiceConfiguration configuration_of(const v1::ServiceHealth& health, const CommonOptions& options) {
   v1::ServiceConfiguration configuration;
@@ -59,6 +66,7 @@ Result<HealthReporter> HealthReporter::create(bus::Bus& bus, const Clock& clock,
   health.role(role);
   health.name(options.rig);
   health.instance_id(id_of(fmt::format("service/{}/{}", role_name(role), options.rig)));
+  health.host(host_name());
   health.idl_hash(idl_hash());
   health.software_version(kVersion);
   health.vendor(options.dds);
@@ -105,6 +113,13 @@ void HealthReporter::set_state(bool is_ready, const std::string& state) {
   if (health_.is_ready() == is_ready && health_.state() == state) return;
   health_.is_ready(is_ready);
   health_.state(state);
+  has_changed_ = true;
+}
+
+void HealthReporter::set_warnings(std::vector<std::string> warnings) {
+  if (warnings.size() > kMostWarnings) warnings.resize(kMostWarnings);
+  if (health_.warnings() == warnings) return;
+  health_.warnings(std::move(warnings));
   has_changed_ = true;
 }
 

@@ -38,6 +38,8 @@ class HealthReporter {
 
   /// `state` is a line for a person: what it does, or what is missing where it is not ready.
   void set_state(bool is_ready, const std::string& state);
+  /// What a person should know although the service works; at most 16 are published.
+  void set_warnings(std::vector<std::string> warnings);
   void set_load(double lag_s, std::uint32_t queue_depth, std::uint64_t dropped);
 
   /// Publishes if it is due, and answers those who ask for the clock; returns when it is due next.
@@ -52,7 +54,7 @@ class HealthReporter {
   void publish();
 
   std::optional<bus::TypedWriter<v1::ServiceHealth>> writer_;
-  bus::TypedWriter<v1::ServiceConfiguration> configuration_;  ///< Kept, for those who come late.
+  bus::TypedWriter<v1::ServiceConfiguration> configuration_;  ///< Kept, for late joiners.
   ClockAnswer clock_answer_;
   const Clock* clock_;
   v1::ServiceHealth health_;

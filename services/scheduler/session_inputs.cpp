@@ -93,7 +93,7 @@ Effects SessionMachine::on_rig_state(const v1::RigState& state) {
   const bool has_restarted = rig_state_ && !is_same_start;
   if (has_restarted) cleared_at_rig_ns_ = 0;
   rig_state_ = state;
-  if (state.mode() == v1::RIG_FAULT) {
+  if (state.mode() == v1::RIG_HELD) {
     fault_ = state.fault().empty() ? "not named" : state.fault();
   } else if (!is_active()) {
     fault_.clear();  // nobody has to acknowledge what came and went before the session

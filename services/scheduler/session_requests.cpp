@@ -149,7 +149,7 @@ void SessionMachine::acknowledge(const v1::SessionCommand& command) {
 }
 
 void SessionMachine::clear_fault(const v1::SessionCommand& command) {
-  if (!rig_state_ || rig_state_->mode() != v1::RIG_FAULT) {  // cleared already by somebody
+  if (!rig_state_ || rig_state_->mode() != v1::RIG_HELD) {  // cleared already by somebody
     fault_.clear();
     advance();
     if (is_active()) answer(command.request_id(), true, where_it_stands());
@@ -174,7 +174,7 @@ Effects SessionMachine::on_rig_reply(const v1::RigReply& rig_reply) {
     if (rig_reply.is_done()) {
       fault_.clear();
       cleared_at_rig_ns_ = rig_reply.rig_clock_ns();
-      if (rig_state_) rig_state_->mode(v1::RIG_IDLE);
+      if (rig_state_) rig_state_->mode(v1::RIG_FREE);
       advance();
     }
     answer_pending(v1::SESSION_RESUME, rig_reply.is_done(),

@@ -78,7 +78,9 @@ SampleMessage rig_state() {
   v1::RigState s;
   s.rig_id(key(4));
   s.epoch(1234567890123456789ULL);
-  s.mode(v1::RIG_FAULT);
+  s.mode(v1::RIG_HELD);
+  s.hold_number(7);
+  s.held_because("stop");
   s.next_sequence(99);
   s.fault_bits(0x80000001U);
   s.fault("limit");
@@ -86,7 +88,9 @@ SampleMessage rig_state() {
   s.rig_clock_ns(-5);
   return message(topics::kRigState, s,
                  {{"epoch", "1234567890123456789"},
-                  {"mode", "3"},
+                  {"mode", "4"},
+                  {"hold_number", "7"},
+                  {"held_because", "stop"},
                   {"fault_bits", "2147483649"},
                   {"is_realtime_paced", "true"},
                   {"rig_clock_ns", "-5"}});
@@ -173,6 +177,24 @@ SampleMessage rig_reply() {
       {{"is_done", "true"}, {"message", "arr\u00eat\u00e9"}, {"rig_clock_ns", "9007199254740993"}});
 }
 
+SampleMessage rig_stop() {
+  v1::RigStop s;
+  s.rig_id(key(31));
+  s.stop_id(key(32));
+  s.number(3);
+  s.requested_by("contract test");
+  return message(topics::kRigStop, s, {{"stop_id.0", "32"}, {"number", "3"}});
+}
+
+SampleMessage rig_lease() {
+  v1::RigLease l;
+  l.rig_id(key(33));
+  l.session_id(key(34));
+  l.epoch(35);
+  l.number(36);
+  return message(topics::kRigLease, l, {{"epoch", "35"}, {"number", "36"}});
+}
+
 SampleMessage trial_command() {
   v1::TrialCommand c;
   c.trial_id(key(13));
@@ -233,6 +255,12 @@ v1::Estimate estimate() {
   e.stiffness_N_per_m(matrix);
   e.sigma_N({0.25, 0.5});
   e.settled_s(-1);
+  v1::FitCheck check;
+  check.test(v1::FIT_LAG);
+  check.value(0.0005);
+  check.limit(0.001);
+  check.passed(true);
+  e.checks({check});
   v1::TrialRange range;
   range.attempt(3);
   range.last_sequence(1000);
@@ -249,6 +277,8 @@ json estimate_facts() {
           {"stiffness_N_per_m.has_ellipse", "true"},
           {"stiffness_N_per_m.curl", "-0.0625"},
           {"settled_s", "-1"},
+          {"checks.0.test", "6"},
+          {"checks.0.passed", "true"},
           {"trials.0.last_sequence", "1000"}};
 }
 
@@ -343,12 +373,19 @@ SampleMessage service_health() {
   h.name("rig");
   h.is_ready(true);
   h.state("works");
+  h.host("lab-pc");
+  h.warnings({"no watchdog"});
   h.lag_s(0.001);
   h.dropped(4);
   h.is_leaving(true);
-  return message(
-      topics::kServiceHealth, h,
-      {{"role", "5"}, {"state", "works"}, {"lag_s", "0.001"}, {"dropped", "4"}, {"is_leaving", "true"}});
+  return message(topics::kServiceHealth, h,
+                 {{"role", "5"},
+                  {"state", "works"},
+                  {"host", "lab-pc"},
+                  {"warnings.0", "no watchdog"},
+                  {"lag_s", "0.001"},
+                  {"dropped", "4"},
+                  {"is_leaving", "true"}});
 }
 
 SampleMessage service_configuration() {
@@ -412,7 +449,9 @@ std::vector<SampleMessage> sample_messages() {
           service_configuration(),
           clock_probe(),
           clock_echo(),
-          clock_offset()};
+          clock_offset(),
+          rig_stop(),
+          rig_lease()};
 }
 
 }  // namespace tonus::testing

@@ -35,7 +35,7 @@ TEST(EmergencyStopBySignal, EndsTheTrialAndItsFlightRecordAndTheLoopsTimingAreAr
   system.start_session(4);
   ASSERT_TRUE(system.wait_for_mid_trial(400, kLimit)) << system.everything_printed();  // 2 s of cycles
   ASSERT_EQ(kill(system.service("tonus-rig-agent"), SIGUSR1), 0);
-  ASSERT_TRUE(system.listen_until([&] { return system.state()->mode() == v1::RIG_FAULT; }, kLimit));
+  ASSERT_TRUE(system.listen_until([&] { return system.state()->mode() == v1::RIG_HELD; }, kLimit));
   EXPECT_EQ(system.state()->fault(), "emergency_stop");
 
   std::map<std::uint32_t, v1::FlightRecord> parts;

@@ -55,6 +55,40 @@ export const EstimateStatus = {
 } as const;
 export type EstimateStatus = (typeof EstimateStatus)[keyof typeof EstimateStatus];
 
+export const FitTest = {
+  FIT_EXPLAINED_SHARE: 0,
+  FIT_COHERENCE: 1,
+  FIT_WHITENESS: 2,
+  FIT_HALVES: 3,
+  FIT_BANDS: 4,
+  FIT_METHODS: 5,
+  FIT_LAG: 6,
+  FIT_UNITS: 7,
+  FIT_FRICTION: 8,
+  FIT_HARDENING: 9,
+  FIT_POSITION: 10,
+  FIT_CLIPPING: 11,
+  FIT_HELD_SAMPLES: 12,
+  FIT_WIDTH: 13,
+} as const;
+export type FitTest = (typeof FitTest)[keyof typeof FitTest];
+
+export interface FitCheck {
+  test: FitTest;
+  value: number;
+  limit: number;
+  passed: boolean;
+}
+
+export interface ModelParameter {
+  name: string;
+  unit: string;
+  value: number;
+  standard_error: number;
+  low95: number;
+  high95: number;
+}
+
 export interface TrialRange {
   attempt: number;
   epoch: bigint;
@@ -95,6 +129,16 @@ export interface Estimate {
   cutoff_Hz: number;
   window_s: number;
   settled_s: number;
+  explained_share: number;
+  lag_s: Float64Array;
+  lag_low95_s: Float64Array;
+  lag_high95_s: Float64Array;
+  band_low_Hz: number;
+  band_high_Hz: number;
+  independent_units: number;
+  checks: FitCheck[];
+  parameters: ModelParameter[];
+  compared_models: string;
   trials: TrialRange[];
 }
 
@@ -127,13 +171,18 @@ export interface RigDescription {
   calibrated_at: string;
   calibrated_by: string;
   calibration_toml: string;
+  moves_nothing_real: boolean;
+  resumes_unattended: boolean;
+  watchdog_s: number;
+  limits_off: string[];
 }
 
 export const RigMode = {
   RIG_STARTING: 0,
-  RIG_IDLE: 1,
-  RIG_IN_TRIAL: 2,
-  RIG_FAULT: 3,
+  RIG_FREE: 1,
+  RIG_ARMED: 2,
+  RIG_IN_TRIAL: 3,
+  RIG_HELD: 4,
 } as const;
 export type RigMode = (typeof RigMode)[keyof typeof RigMode];
 
@@ -142,6 +191,9 @@ export interface RigState {
   epoch: bigint;
   mode: RigMode;
   trial_id: Uint8Array;
+  session_id: Uint8Array;
+  hold_number: number;
+  held_because: string;
   next_sequence: bigint;
   received_through: bigint;
   spool_bytes: bigint;
@@ -227,6 +279,8 @@ export const RigRequest = {
   RIG_EMERGENCY_STOP: 0,
   RIG_CLEAR_FAULT: 1,
   RIG_ABORT_TRIAL: 2,
+  RIG_ARM: 3,
+  RIG_DISARM: 4,
 } as const;
 export type RigRequest = (typeof RigRequest)[keyof typeof RigRequest];
 
@@ -235,7 +289,24 @@ export interface RigCommand {
   request_id: Uint8Array;
   request: RigRequest;
   trial_id: Uint8Array;
+  session_id: Uint8Array;
+  epoch: bigint;
+  hold_number: number;
   requested_by: string;
+}
+
+export interface RigStop {
+  rig_id: Uint8Array;
+  stop_id: Uint8Array;
+  number: number;
+  requested_by: string;
+}
+
+export interface RigLease {
+  rig_id: Uint8Array;
+  session_id: Uint8Array;
+  epoch: bigint;
+  number: bigint;
 }
 
 export interface RigReply {
@@ -266,8 +337,10 @@ export interface ServiceHealth {
   instance_id: Uint8Array;
   role: ServiceRole;
   name: string;
+  host: string;
   is_ready: boolean;
   state: string;
+  warnings: string[];
   idl_hash: Uint8Array;
   software_version: string;
   vendor: string;

@@ -13,9 +13,10 @@ export const roleNames: Record<ServiceRole, string> = {
 
 export const modeNames: Record<RigMode, string> = {
   [RigMode.RIG_STARTING]: "starting",
-  [RigMode.RIG_IDLE]: "idle",
+  [RigMode.RIG_FREE]: "free",
+  [RigMode.RIG_ARMED]: "armed",
   [RigMode.RIG_IN_TRIAL]: "in trial",
-  [RigMode.RIG_FAULT]: "fault",
+  [RigMode.RIG_HELD]: "held",
 };
 
 export const trialPhaseNames: Record<TrialPhase, string> = {

@@ -159,7 +159,7 @@ function showSession(): void {
   pause.disabled = !mayOperate || !isGoing || pausedPhases.includes(state.phase);
   resume.disabled = !mayOperate || !isGoing || !resumablePhases.includes(state.phase);
   abort.disabled = !mayOperate || !isGoing;
-  clearFault.disabled = !mayOperate || rig.value?.mode !== RigMode.RIG_FAULT;
+  clearFault.disabled = !mayOperate || rig.value?.mode !== RigMode.RIG_HELD;
   // Without a session there is no age, and a session that has ended publishes no more.
   if (state) showAge(sessionPanel.age, session.age, isGoing ? 10 : Infinity);
 }

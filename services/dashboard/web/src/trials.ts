@@ -97,7 +97,7 @@ function programFacts(program: TrialProgram): Fact[] {
 
 function rigFacts(rig: RigState, phase: number | undefined): Fact[] {
   return [
-    ["Rig", nameOf(modeNames, rig.mode), rig.mode === RigMode.RIG_FAULT ? "bad" : undefined],
+    ["Rig", nameOf(modeNames, rig.mode), rig.mode === RigMode.RIG_HELD ? "bad" : undefined],
     ...(phase !== undefined ? [["Phase", nameOf(trialPhaseNames, phase)] as Fact] : []),
     ["Samples", `${rig.next_sequence}, ${rig.received_through} of them archived`],
     ["Overruns", String(rig.overruns), rig.overruns > 0n ? "warn" : undefined],

@@ -140,7 +140,7 @@ TEST(Session, GivesATrialInRealTimeTheTimeThatItTakes) {
   v1::RigState state;
   state.epoch(1);
   state.is_realtime_paced(true);
-  state.mode(v1::RIG_IDLE);
+  state.mode(v1::RIG_FREE);
   lab.take(lab.machine().on_rig_state(state));
   lab.command(v1::SESSION_START, "start", small_protocol());
   lab.connect();
@@ -167,12 +167,12 @@ TEST(Session, DoesNotCallATrialStuckThatTheRigIsRunning) {
 TEST(Session, RepeatsTheCommandAtOnceWhenTheRigHasRestarted) {
   Lab lab;
   lab.is_mute = true;
-  lab.give_rig_state(v1::RIG_IDLE, 1);
+  lab.give_rig_state(v1::RIG_FREE, 1);
   lab.command(v1::SESSION_START, "start", small_protocol());
   lab.connect();
-  lab.give_rig_state(v1::RIG_IDLE, 1);
+  lab.give_rig_state(v1::RIG_FREE, 1);
   EXPECT_EQ(lab.trial_commands.size(), 1u);
-  lab.give_rig_state(v1::RIG_IDLE, 2);
+  lab.give_rig_state(v1::RIG_FREE, 2);
   EXPECT_EQ(lab.trial_commands.size(), 2u);
 }
 

@@ -188,7 +188,7 @@ TEST(Resume, ClearsTheRigsFaultAndIsAnsweredByItsReply) {
   EXPECT_EQ(lab.phase(), v1::SESSION_WAITING);
   EXPECT_EQ(lab.machine().state().waiting_for(),
             "operator: the rig has a fault (force 31 N, limit 30); resume clears it");
-  lab.give_rig_state(v1::RIG_FAULT, 1, 500, "force 31 N, limit 30");
+  lab.give_rig_state(v1::RIG_HELD, 1, 500, "force 31 N, limit 30");
   lab.take(lab.machine().on_roster("rig is not ready: fault"));  // as its health says
   lab.command(v1::SESSION_RESUME, "resume");
   ASSERT_EQ(lab.rig_commands.size(), 1u);
@@ -196,7 +196,7 @@ TEST(Resume, ClearsTheRigsFaultAndIsAnsweredByItsReply) {
   EXPECT_EQ(lab.reply_to("resume"), nullptr);
   lab.run();  // the rig's reply
   EXPECT_TRUE(lab.reply_to("resume")->is_done());
-  lab.give_rig_state(v1::RIG_FAULT, 1, 900, "force 31 N, limit 30");  // sent before it was cleared, at 1000
+  lab.give_rig_state(v1::RIG_HELD, 1, 900, "force 31 N, limit 30");  // sent before it was cleared, at 1000
   lab.take(lab.machine().on_roster(""));
   EXPECT_TRUE(lab.run_to_end());
   EXPECT_EQ(lab.phase(), v1::SESSION_COMPLETED);
@@ -206,7 +206,7 @@ TEST(Resume, SaysSoWhereTheRigDoesNotAnswer) {
   Lab lab;
   lab.rig_answers_aborts = false;
   lab.command(v1::SESSION_START, "start", small_protocol());
-  lab.give_rig_state(v1::RIG_FAULT, 1, 0, "emergency stop");
+  lab.give_rig_state(v1::RIG_HELD, 1, 0, "emergency stop");
   lab.connect();
   EXPECT_EQ(lab.phase(), v1::SESSION_WAITING);
   EXPECT_TRUE(lab.trial_commands.empty());
@@ -219,9 +219,9 @@ TEST(Resume, SaysSoWhereTheRigDoesNotAnswer) {
 TEST(Resume, NeedsNoClearingOfAFaultThatIsGone) {
   Lab lab;
   lab.command(v1::SESSION_START, "start", small_protocol());
-  lab.give_rig_state(v1::RIG_FAULT, 1, 0, "emergency stop");
+  lab.give_rig_state(v1::RIG_HELD, 1, 0, "emergency stop");
   lab.connect();
-  lab.give_rig_state(v1::RIG_IDLE, 1, 10);
+  lab.give_rig_state(v1::RIG_FREE, 1, 10);
   EXPECT_EQ(lab.phase(), v1::SESSION_WAITING);  // a person has to say that it goes on
   lab.command(v1::SESSION_RESUME, "resume");
   EXPECT_TRUE(lab.reply_to("resume")->is_done());
