@@ -72,6 +72,8 @@ inline constexpr Topic<v1::RigCommand> kRigCommand{
     {"rig/command", "tonus::v1::RigCommand", qos::kRequest, 4096}};
 inline constexpr Topic<v1::RigReply> kRigReply{{"rig/reply", "tonus::v1::RigReply", qos::kRequest, 4096}};
 inline constexpr Topic<v1::RigStop> kRigStop{{"rig/stop", "tonus::v1::RigStop", qos::kLive, 1024}};
+/// A stop as it was given, once the rig's loop shows it.
+inline constexpr Topic<v1::RigStop> kRigStopped{{"rig/stopped", "tonus::v1::RigStop", qos::kLive, 1024}};
 inline constexpr Topic<v1::RigLease> kRigLease{{"rig/lease", "tonus::v1::RigLease", qos::kLive, 256}};
 inline constexpr Topic<v1::TrialCommand> kTrialCommand{
     {"trial/command", "tonus::v1::TrialCommand", qos::kRequest, 4096}};
@@ -117,7 +119,7 @@ inline constexpr std::array kAll{
     kSessionReply.spec,   kSessionCue.spec,      kArchiveReceipt.spec,
     kArchiveResend.spec,  kServiceHealth.spec,   kServiceConfiguration.spec,
     kClockProbe.spec,     kClockEcho.spec,       kClockOffset.spec,
-    kRigStop.spec,        kRigLease.spec,
+    kRigStop.spec,        kRigStopped.spec,      kRigLease.spec,
 };
 
 }  // namespace tonus::topics

@@ -4,12 +4,21 @@
  * and a hand that pulls the handle back to where it began, like a spring. Enough to run every phase of a
  * trial. Where a real driver talks to its card, it says so.
  *
- * Options, separated by blanks: stiffness=N_per_m (default 300), damping=Ns_per_m (default 20).
+ * Options, separated by blanks: stiffness=N_per_m (default 300), damping=Ns_per_m (default 20);
+ * amplifier=FILE: the amplifier is a page of this file, which other programs can look at, and the rig's clock
+ * is the machine's, as on hardware; hang_after=CYCLES: read() does not return after so many, for tests of
+ * what happens then.
  */
+#define _GNU_SOURCE
+#include <fcntl.h>
 #include <math.h>
+#include <stdatomic.h>
 #include <stdio.h>
 #include <stdlib.h>
 #include <string.h>
+#include <sys/mman.h>
+#include <time.h>
+#include <unistd.h>
 
 #include "tonus_driver.h"
 
@@ -22,7 +31,19 @@ static const double kFriction[2] = {0.05, 0.05};           /* N m s/rad */
 static const double kStart[2] = {0.0, 1.5707963267948966}; /* rad: the handle at 0.30 m, 0.35 m */
 static const double kTorqueLimit = 25.0;                   /* N m */
 
+/* What another program can see of the amplifier, and its enable line. Torque acts only while it is enabled.
+ */
+typedef struct amplifier {
+  _Atomic int32_t is_enabled;
+  _Atomic int32_t heartbeat;
+  _Atomic int64_t disabled_ns; /* CLOCK_MONOTONIC, of the first disable since activate */
+  _Atomic int64_t written_ns;  /* of the last write */
+  _Atomic double torque[2];    /* N m */
+} amplifier;
+
 typedef struct rig {
+  amplifier* out; /* NULL: inside this program alone */
+  long hang_after, cycles;
   double period;
   double stiffness, damping; /* of the hand */
   double q[2], rate[2];
@@ -42,15 +63,48 @@ static void place(const double q[2], double point[2]) {
   point[1] = kLinks[0] * sin(q[0]) + kLinks[1] * sin(q[0] + q[1]);
 }
 
+static int64_t monotonic_ns(void) {
+  struct timespec t;
+  clock_gettime(CLOCK_MONOTONIC, &t);
+  return (int64_t)t.tv_sec * 1000000000 + t.tv_nsec;
+}
+
+/* A real driver opens its card here. */
+static amplifier* open_amplifier(const char* file) {
+  const int descriptor = open(file, O_RDWR | O_CREAT | O_CLOEXEC, 0600);
+  if (descriptor < 0) return NULL;
+  void* page = ftruncate(descriptor, sizeof(amplifier)) == 0
+                   ? mmap(NULL, sizeof(amplifier), PROT_READ | PROT_WRITE, MAP_SHARED, descriptor, 0)
+                   : MAP_FAILED;
+  close(descriptor);
+  return page == MAP_FAILED ? NULL : page;
+}
+
+/* The name behind amplifier=; empty: there is none. */
+static void amplifier_name(const char* options, char name[256]) {
+  const char* found = strstr(options, "amplifier=");
+  name[0] = '\0';
+  if (found != NULL) sscanf(found + strlen("amplifier="), "%255s", name);
+}
+
 static void* create(const char* options, char* error, size_t error_size) {
   rig* r = calloc(1, sizeof *r);
   if (r == NULL) return refuse(error, error_size, "no memory"), NULL;
   r->stiffness = 300.0;
   r->damping = 20.0;
-  char word[64];
+  r->hang_after = -1;
+  char word[300];
   int used = 0;
-  for (const char* p = options; sscanf(p, "%63s%n", word, &used) == 1; p += used) {
+  for (const char* p = options; sscanf(p, "%299s%n", word, &used) == 1; p += used) {
     char rest = '\0';
+    if (strncmp(word, "amplifier=", 10) == 0) {
+      r->out = open_amplifier(word + 10);
+      if (r->out != NULL) continue;
+      snprintf(error, error_size, "option is %s: the file cannot be opened", word);
+      free(r);
+      return NULL;
+    }
+    if (sscanf(word, "hang_after=%ld%c", &r->hang_after, &rest) == 1) continue;
     const int good = sscanf(word, "stiffness=%lf%c", &r->stiffness, &rest) == 1 ||
                      sscanf(word, "damping=%lf%c", &r->damping, &rest) == 1;
     if (!good ||
@@ -66,7 +120,11 @@ static void* create(const char* options, char* error, size_t error_size) {
   return r; /* A real driver opens its card here, or in configure(). */
 }
 
-static void destroy(void* self) { free(self); }
+static void destroy(void* self) {
+  rig* r = self;
+  if (r->out != NULL) munmap(r->out, sizeof(amplifier));
+  free(r);
+}
 
 static int configure(void* self, double period, char* error, size_t error_size) {
   rig* r = self;
@@ -77,7 +135,7 @@ static int configure(void* self, double period, char* error, size_t error_size) 
 }
 
 static void describe(void* self, tonus_driver_description* d) {
-  (void)self;
+  const rig* r = self;
   memset(d, 0, sizeof *d);
   for (int i = 0; i < 2; ++i) {
     d->link_lengths_m[i] = kLinks[i];
@@ -87,23 +145,34 @@ static void describe(void* self, tonus_driver_description* d) {
   d->force_calibration_N_per_V[0] = NEWTON_PER_VOLT;
   d->force_calibration_N_per_V[3] = NEWTON_PER_VOLT;
   d->force_saturation_V = 10.0;
-  d->has_own_clock = 1; /* A real driver: 0, and stamps of CLOCK_MONOTONIC. */
+  d->has_own_clock = r->out == NULL; /* A real driver: 0, and stamps of CLOCK_MONOTONIC. */
 }
 
 static int activate(void* self, char* error, size_t error_size) {
-  (void)self, (void)error, (void)error_size;
-  return 0; /* A real driver enables its amplifiers here. */
+  rig* r = self;
+  (void)error, (void)error_size;
+  if (r->out != NULL) { /* A real driver enables its amplifiers here. */
+    r->out->torque[0] = r->out->torque[1] = 0.0;
+    r->out->disabled_ns = 0;
+    r->out->is_enabled = 1;
+  }
+  return 0;
 }
 
 static void deactivate(void* self) {
   rig* r = self;
   r->torque[0] = r->torque[1] = 0.0; /* A real driver writes zero torque and disables its amplifiers. */
+  if (r->out == NULL) return;
+  r->out->torque[0] = r->out->torque[1] = 0.0;
+  r->out->is_enabled = 0;
 }
 
 static int read_rig(void* self, tonus_driver_reading* reading) {
   rig* r = self;
   const double turn = r->q[0] + r->q[1]; /* the sensor turns with the outer link */
-  reading->acquisition_ns = r->now_ns;
+  while (r->hang_after >= 0 && r->cycles > r->hang_after) pause();
+  ++r->cycles;
+  reading->acquisition_ns = r->out == NULL ? r->now_ns : monotonic_ns();
   for (int i = 0; i < 2; ++i) reading->encoder_count[i] = floor(r->q[i] * COUNTS_PER_RAD);
   reading->force_V[0] = (cos(turn) * r->force[0] + sin(turn) * r->force[1]) / NEWTON_PER_VOLT;
   reading->force_V[1] = (-sin(turn) * r->force[0] + cos(turn) * r->force[1]) / NEWTON_PER_VOLT;
@@ -115,7 +184,12 @@ static int read_rig(void* self, tonus_driver_reading* reading) {
 static int write_rig(void* self, const double torque[2]) {
   rig* r = self;
   const double h = r->period / 10.0;
-  for (int i = 0; i < 2; ++i) r->torque[i] = fmax(-kTorqueLimit, fmin(kTorqueLimit, torque[i]));
+  const int is_on = r->out == NULL || r->out->is_enabled;
+  for (int i = 0; i < 2; ++i) {
+    r->torque[i] = is_on ? fmax(-kTorqueLimit, fmin(kTorqueLimit, torque[i])) : 0.0;
+    if (r->out != NULL) r->out->torque[i] = r->torque[i];
+  }
+  if (r->out != NULL) r->out->written_ns = monotonic_ns();
   for (int step = 0; step < 10; ++step) {
     double point[2];
     place(r->q, point);
@@ -132,22 +206,53 @@ static int write_rig(void* self, const double torque[2]) {
     }
   }
   r->now_ns += (int64_t)llround(1e9 * r->period);
+  return is_on ? TONUS_DRIVER_OK : TONUS_DRIVER_FAILED;
+}
+
+static void describe_safety(void* self, tonus_driver_safety* safety) {
+  const rig* r = self;
+  memset(safety, 0, sizeof *safety);
+  safety->moves_nothing_real = r->out == NULL;
+  snprintf(safety->by_itself, sizeof safety->by_itself, "nothing: the last torque stays");
+}
+
+/* From another process too: everything that it needs it opens itself. */
+static int disable(const char* options) {
+  char name[256];
+  amplifier_name(options, name);
+  if (name[0] == '\0') return TONUS_DRIVER_FAILED;
+  amplifier* out = open_amplifier(name);
+  if (out == NULL) return TONUS_DRIVER_FAILED;
+  int64_t never = 0;
+  out->is_enabled = 0;
+  out->torque[0] = out->torque[1] = 0.0;
+  atomic_compare_exchange_strong(&out->disabled_ns, &never, monotonic_ns());
+  munmap(out, sizeof *out);
   return TONUS_DRIVER_OK;
 }
 
-const tonus_driver_v1_table* tonus_driver_v1(void) {
-  static const tonus_driver_v1_table table = {
-      .version = TONUS_DRIVER_VERSION,
-      .size = sizeof(tonus_driver_v1_table),
-      .create = create,
-      .destroy = destroy,
-      .configure = configure,
-      .describe = describe,
-      .activate = activate,
-      .deactivate = deactivate,
-      .read = read_rig,
-      .write = write_rig,
-      .begin_trial = NULL,
+static void heartbeat(void* self, int32_t level) {
+  rig* r = self;
+  if (r->out != NULL) r->out->heartbeat = level;
+}
+
+const tonus_driver_v2_table* tonus_driver_v2(void) {
+  static const tonus_driver_v2_table table = {
+      .base = {.version = TONUS_DRIVER_VERSION_2,
+               .size = sizeof(tonus_driver_v2_table),
+               .create = create,
+               .destroy = destroy,
+               .configure = configure,
+               .describe = describe,
+               .activate = activate,
+               .deactivate = deactivate,
+               .read = read_rig,
+               .write = write_rig,
+               .begin_trial = NULL},
+      .describe_safety = describe_safety,
+      .disable = disable,
+      .heartbeat = heartbeat,
+      .set_onset = NULL,
   };
   return &table;
 }

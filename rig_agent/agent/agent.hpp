@@ -1,13 +1,16 @@
 #pragma once
 
-#include <atomic>
+#include <deque>
 #include <memory>
 #include <optional>
 #include <vector>
 
+#include "rig_agent/agent/hold_latch.hpp"
+#include "rig_agent/agent/lease.hpp"
 #include "rig_agent/agent/publisher.hpp"
 #include "rig_agent/agent/recorded_trials.hpp"
 #include "rig_agent/agent/spool.hpp"
+#include "rig_agent/agent/stop_requests.hpp"
 #include "rig_agent/agent/trial_log.hpp"
 #include "rig_agent/agent/wire.hpp"
 #include "rig_agent/control/rig_loop.hpp"
@@ -39,10 +42,35 @@ struct AgentOptions {
   RigNames names;
   std::uint64_t epoch = 0;
   bool is_paced = true;  ///< false: the agent itself steps the loop, as fast as its samples are taken.
+  /// Frees the rig by itself after anything but an emergency stop. For drivers that move nothing real.
+  bool resumes_unattended = false;
+  /// Nothing moves for so long after the rig was armed; a clock that is simulated at full speed does not
+  /// wait.
+  Clock::Duration stillness = std::chrono::seconds(1);
+  /// Longest time without a cycle of a paced loop; then the driver is disabled from this thread.
+  Clock::Duration longest_cycle = std::chrono::milliseconds(100);
+};
+
+/// What the agent works with; all of it outlives the agent.
+struct AgentParts {
+  control::RigLoop& loop;
+  drivers::Driver& driver;             ///< The loop's; of it only what may be called from any thread.
+  RecordedTrials* recorded = nullptr;  ///< Of a replayed dataset.
+  Publisher& publisher;
+  Spool& spool;
+  TrialLog& log;
+  HoldLatch& latch;
+  Lease& lease;
+  StopRequests& stops;
 };
 
 /// Everything of the rig that is not realtime: takes commands from the bus, starts trials in the loop, spools
 /// and publishes what the loop measured, reports how trials ended, and sends again what somebody misses.
+///
+/// The rig is free, armed for a session, in a trial, or held. A trial is begun only while the rig is armed
+/// for its session, that is after a scheduler's request that follows an operator's start or resume, and goes
+/// on only while that scheduler is heard. A fault, a stop and the loss of the scheduler hold the rig: on
+/// disk, until an operator clears the hold. Clearing arms nothing.
 ///
 /// A trial is run at most once: its id is looked up in the log first, and an outcome that is known, also a
 /// refusal, is published again instead. A trial that an earlier run of the agent left unfinished is reported
@@ -53,8 +81,7 @@ struct AgentOptions {
 /// while a trial runs, and for two seconds after a command: between trials the simulated clock stands still.
 class Agent {
  public:
-  Agent(const AgentOptions& options, control::RigLoop& loop, RecordedTrials* recorded, Publisher& publisher,
-        Spool& spool, TrialLog& log, AgentEndpoints endpoints, const Clock& clock);
+  Agent(const AgentOptions& options, const AgentParts& parts, AgentEndpoints endpoints, const Clock& clock);
 
   /// Publishes the description and what earlier runs left. Call once, before the first step().
   void start(const v1::RigDescription& description);
@@ -66,6 +93,11 @@ class Agent {
   [[nodiscard]] std::string why_not_ready() const;
   [[nodiscard]] std::string activity() const;
 
+  /// Holds the rig: for what only the program sees, as another agent of the same name.
+  void hold(const std::string& because);
+  /// Replies that were left out because their reader did not take them.
+  [[nodiscard]] std::uint64_t replies_dropped() const { return replies_dropped_; }
+
  private:
   struct RunningTrial {
     v1::TrialCommand command;
@@ -76,6 +108,7 @@ class Agent {
     v1::RigReply reply;
     bool is_emergency_stop = false;  ///< Answered when the loop shows the fault.
     bool is_start = false;           ///< The agent's own start of a trial: nobody is answered.
+    std::uint32_t clears_hold = 0;   ///< Number of the hold that ends if the loop clears its faults.
   };
 
   /// Why no trial may be begun, whoever reads its samples: a fault, or a disk that does not keep what
@@ -88,12 +121,28 @@ class Agent {
   void begin(const v1::TrialCommand& command);
   void refuse(const v1::TrialCommand& command, const std::string& why);
   void take_rig_commands();
+  void carry_out(const v1::RigCommand& command);
+  void stop(PendingReply pending, const std::string& requested_by);
+  void clear_fault(const v1::RigCommand& command, PendingReply pending);
+  void arm(const v1::RigCommand& command, PendingReply pending);
+  void post(control::CommandKind kind, PendingReply pending);
+  /// Why `session` may not arm the rig; empty: it may.
+  [[nodiscard]] std::string why_not_armed(const v1::RigCommand& command) const;
+  /// The latch alone: for what the loop has stopped at already.
+  void latch(const std::string& because);
+  void watch_hold();
+  void watch_lease();
+  void watch_cycles();
+  void finish_clearing(PendingReply& pending);
+  [[nodiscard]] v1::RigMode mode() const;
+  [[nodiscard]] bool is_emergency_stopped() const;
   void take_receipts();
   void take_resends();
   void resend_left_behind();
   void advance_simulated_clock(int cycles);
   void collect_replies();
   void answer(PendingReply& pending, bool is_done, const std::string& message);
+  void send_reply(const v1::RigReply& reply);
   void collect_samples();
   void collect_results();
   void publish_outcome(const v1::TrialOutcome& outcome);
@@ -101,15 +150,27 @@ class Agent {
 
   AgentOptions options_;
   control::RigLoop& loop_;
+  drivers::Driver& driver_;
   RecordedTrials* recorded_;
   Publisher& publisher_;
   Spool& spool_;
   TrialLog& log_;
+  HoldLatch& latch_;
+  Lease& lease_;
+  StopRequests& stops_;
   AgentEndpoints endpoints_;
   const Clock& clock_;
 
   std::optional<RunningTrial> running_;
   std::vector<PendingReply> pending_replies_;
+  std::deque<v1::RigReply> answered_;  // the last ones, for requests that are repeated
+  std::uint64_t replies_dropped_ = 0;
+  control::FaultBits noted_faults_ = 0;  // in the latch's reason
+  Clock::TimePoint lease_heard_;         // last time that the loop was told of
+  Clock::TimePoint unattended_due_;
+  std::uint64_t cycle_ = 0;  // as last seen
+  Clock::TimePoint cycle_at_;
+  bool stands_still_ = false;
   std::uint64_t last_number_ = 0;
   std::uint64_t last_request_ = 0;
   std::uint64_t received_through_ = 0;

@@ -14,20 +14,26 @@ LoopThread::LoopThread(control::RigLoop& loop, bool is_paced, const control::Rea
   }
   std::promise<control::RealtimeGrant> granted;
   auto grant = granted.get_future();
-  thread_ = std::thread([this, &loop, &granted, &request] {
+  std::promise<void> ended;
+  ended_ = ended.get_future();
+  thread_ = std::thread([this, &loop, &granted, &request, ended = std::move(ended)]() mutable {
     granted.set_value(control::set_up_realtime(request));
     pacer_.start();
     while (!is_stopping_.load(std::memory_order_acquire)) {
       const control::CycleStart cycle = pacer_.wait();
       loop.step(cycle.now_ns, cycle.missed_periods);
     }
+    ended.set_value();
   });
   grant_ = grant.get();
 }
 
-void LoopThread::stop() {
+bool LoopThread::stop(std::chrono::milliseconds limit) {
   is_stopping_.store(true, std::memory_order_release);
-  if (thread_.joinable()) thread_.join();
+  if (!thread_.joinable()) return true;
+  if (ended_.wait_for(limit) != std::future_status::ready) return false;
+  thread_.join();
+  return true;
 }
 
 }  // namespace tonus::rig

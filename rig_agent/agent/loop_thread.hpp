@@ -1,7 +1,9 @@
 #pragma once
 
 #include <atomic>
+#include <chrono>
 #include <cmath>
+#include <future>
 #include <string>
 #include <thread>
 
@@ -20,7 +22,9 @@ class LoopThread {
   LoopThread(const LoopThread&) = delete;
   LoopThread& operator=(const LoopThread&) = delete;
 
-  void stop();
+  /// Ends the loop. False where it does not come back from its driver within `limit`: the thread is left, and
+  /// the program has to end without waiting for it.
+  bool stop(std::chrono::milliseconds limit = std::chrono::seconds(2));
   [[nodiscard]] const std::string& statement() const { return grant_.statement; }
   /// What was refused of the realtime means that were asked for: the statement; empty where nothing was.
   [[nodiscard]] std::string refusal() const { return grant_.is_complete ? "" : grant_.statement; }
@@ -33,6 +37,7 @@ class LoopThread {
   control::RealtimeGrant grant_;
   // Written by stop() (release), read by the loop (acquire).
   std::atomic<bool> is_stopping_{false};
+  std::future<void> ended_;
   std::thread thread_;
 };
 

@@ -1,7 +1,9 @@
 // tonus-rig-agent: the program beside the hardware.
 
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
+#include <cstdlib>
 #include <spdlog/spdlog.h>
 
 #include "idl/topics.hpp"
@@ -12,7 +14,10 @@
 #include "rig_agent/agent/loop_thread.hpp"
 #include "rig_agent/agent/rig.hpp"
 #include "rig_agent/agent/rig_folder.hpp"
+#include "rig_agent/agent/safety_channel.hpp"
+#include "rig_agent/agent/watchdog_process.hpp"
 #include "services/core/lifetime.hpp"
+#include "services/core/machine_lock.hpp"
 #include "services/runtime/health.hpp"
 #include "services/runtime/loop.hpp"
 #include "services/runtime/options.hpp"
@@ -21,6 +26,60 @@ namespace tonus {
 namespace {
 
 constexpr char kProgram[] = "tonus-rig-agent";
+
+/// The rig under power: for as long as one lives, the latch on disk says so.
+class Power {
+ public:
+  [[nodiscard]] static Result<Power> on(rig::HoldLatch& latch) {
+    TONUS_TRY(latch.set_powered(true));
+    return Power(latch);
+  }
+  Power(Power&& other) noexcept : latch_(std::exchange(other.latch_, nullptr)) {}
+  Power& operator=(Power&&) = delete;
+  ~Power() {
+    if (latch_ == nullptr) return;
+    if (auto off = latch_->set_powered(false); !off) spdlog::error("{}", off.error().message);
+  }
+
+ private:
+  explicit Power(rig::HoldLatch& latch) : latch_(&latch) {}
+  rig::HoldLatch* latch_;
+};
+
+/// One agent of a rig on this machine and domain, whatever its data folder and user.
+Result<MachineLock> lock_rig(const runtime::CommonOptions& common) {
+  return MachineLock::take("domain " + std::to_string(common.domain) + " rig " + common.rig);
+}
+
+/// A computed rig is held up by the machine, not by a device.
+Clock::Duration longest_cycle(const drivers::Capabilities& driver) {
+  return driver.moves_nothing_real ? std::chrono::milliseconds(5000) : std::chrono::milliseconds(100);
+}
+
+/// Null where nothing real moves, or where the driver cannot be disabled from outside.
+Result<std::unique_ptr<rig::WatchdogProcess>> start_watchdog(rig::Rig& rig, const rig::RigOptions& options,
+                                                             const Clock& clock) {
+  const auto driver = rig.driver().capabilities();
+  if (driver.moves_nothing_real || !driver.can_disable || !driver.actuates)
+    return std::unique_ptr<rig::WatchdogProcess>();
+  auto started = rig::WatchdogProcess::start({.limit = rig.loop().config().limits.watchdog,
+                                              .fifo_priority = std::min(options.fifo_priority + 1, 99),
+                                              .driver = options.driver,
+                                              .driver_file = options.driver_file,
+                                              .driver_options = options.driver_options},
+                                             clock);
+  if (started) rig.loop().set_pulse(&(*started)->pulse());
+  return started;
+}
+
+std::vector<std::string> warnings_of(const rig::RigNames& names, const drivers::Capabilities& driver) {
+  std::vector<std::string> warnings;
+  if (names.resumes_unattended) warnings.emplace_back("goes on by itself after a fault or a restart");
+  if (driver.actuates && !driver.moves_nothing_real && !driver.can_disable)
+    warnings.emplace_back("no watchdog: the driver cannot be disabled from outside (version 1)");
+  for (const auto& limit : names.limits_off) warnings.push_back("limit " + limit + " is off");
+  return warnings;
+}
 
 std::string state_line(const std::string& state, const std::string& refusal) {
   return refusal.empty() ? state : state + "; " + refusal;
@@ -31,8 +90,15 @@ Result<void> calibrate(const runtime::CommonOptions& common, const rig::RigOptio
   const SystemClock clock;
   auto data = runtime::data_folder(common);
   if (!data) return data.error();
+  TONUS_TRY_ASSIGN(const auto lock, lock_rig(common));
   auto folder = rig::RigFolder::take(*data, common.rig);
   if (!folder) return folder.error();
+  TONUS_TRY_ASSIGN(auto latch, rig::HoldLatch::open(folder->hold()));
+  if (latch.is_held()) {
+    return fail(ErrorCode::kUnavailable, "the rig is held: " + latch.because() +
+                                             "; start the agent without 'calibrate' and clear it first");
+  }
+  TONUS_TRY_ASSIGN(const auto power, Power::on(latch));
   auto rig = rig::Rig::create(rig_options, common.rig, folder->calibration());
   if (!rig) return rig.error();
   if (!rig->driver().capabilities().actuates)
@@ -54,8 +120,11 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
 
   auto data = runtime::data_folder(common);
   if (!data) return data.error();
+  TONUS_TRY_ASSIGN(const auto lock, lock_rig(common));
   auto folder = rig::RigFolder::take(*data, common.rig);
   if (!folder) return folder.error();
+  TONUS_TRY_ASSIGN(auto latch, rig::HoldLatch::open(folder->hold()));
+  TONUS_TRY_ASSIGN(const auto power, Power::on(latch));
   auto rig = rig::Rig::create(rig_options, common.rig, folder->calibration());
   if (!rig) return rig.error();
   const rig::EmergencySignal emergency_signal(rig->loop());
@@ -78,9 +147,23 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   rig::Publisher::Options publishing{.rig = rig->names().id, .epoch = epoch};
   if (!rig_options.is_paced()) publishing.patience = std::chrono::seconds(2);
   rig::Publisher publisher(publishing, *spool, std::move(*samples), clock);
-  rig::Agent agent({rig->names(), epoch, rig_options.is_paced()}, rig->loop(), rig->recorded(), publisher,
-                   *spool, *log, std::move(*endpoints), clock);
+  rig::Lease lease(rig->names().id, epoch);
+  rig::StopRequests stops;
+  TONUS_TRY_ASSIGN(auto safety_bus, runtime::open_bus(common, std::string(kProgram) + " stop"));
+  TONUS_TRY_ASSIGN(const auto safety_channel,
+                   rig::SafetyChannel::create(std::move(safety_bus), rig->names().id, rig->loop(), lease,
+                                              stops, clock, notifier));
+  rig::Agent agent(
+      {.names = rig->names(),
+       .epoch = epoch,
+       .is_paced = rig_options.is_paced(),
+       .resumes_unattended = rig_options.resumes_unattended,
+       .longest_cycle = longest_cycle(rig->driver().capabilities())},
+      {rig->loop(), rig->driver(), rig->recorded(), publisher, *spool, *log, latch, lease, stops},
+      std::move(*endpoints), clock);
   agent.start(rig::describe(rig->names(), rig->driver().geometry()));
+  TONUS_TRY_ASSIGN(const auto watchdog, start_watchdog(*rig, rig_options, clock));
+  if (watchdog) watchdog->set_powered(true);
   rig::LoopThread loop_thread(rig->loop(), rig_options.is_paced(), rig_options.realtime());
   spdlog::log(loop_thread.refusal().empty() ? spdlog::level::info : spdlog::level::warn,
               "rig '{}': {} driver, {}", common.rig, rig->names().driver, loop_thread.statement());
@@ -88,15 +171,26 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
       **bus, {rig->names().id, epoch, loop_thread.statement(), loop_thread.pacer()}, rig->loop(), clock);
   if (!report) return report.error();
 
+  health->set_warnings(warnings_of(rig->names(), rig->driver().capabilities()));
   runtime::run_loop(*notifier, stop, [&] {
+    if (const std::string problem = watchdog ? watchdog->problem() : ""; !problem.empty())
+      agent.hold(problem);
+    if (const std::string doubled = health->other(); !doubled.empty()) agent.hold(doubled);
     const auto due = std::min(agent.step(), report->step());
     const std::string why = agent.why_not_ready();
     health->set_state(why.empty(), state_line(why.empty() ? agent.activity() : why, loop_thread.refusal()));
     health->set_load(0.0, static_cast<std::uint32_t>(rig->loop().samples_waiting()),
-                     publisher.blocks_refused());
+                     publisher.blocks_refused() + agent.replies_dropped());
     return std::min(due, health->publish_if_due());
   });
-  loop_thread.stop();
+  if (watchdog) watchdog->set_powered(false);
+  if (!loop_thread.stop()) {
+    // The driver hangs in the loop's thread: nothing of this program can be taken down in order. The latch
+    // says that the rig was under power, and holds it at the next start.
+    const bool is_off = rig->driver().disable();
+    spdlog::critical("the driver does not return; the torque is {}", is_off ? "off" : "not known to be off");
+    std::_Exit(EXIT_FAILURE);
+  }
   rig->driver().deactivate();
   return spool->sync();
 }

@@ -4,6 +4,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "rig_agent/control/validation.hpp"
 #include "rig_agent/drivers/calibrated.hpp"
 #ifdef TONUS_HAS_COMEDI
 #include "rig_agent/drivers/comedi.hpp"
@@ -60,6 +61,9 @@ void add_options(CLI::App& app, RigOptions& options) {
   app.add_option("--spool-MB", options.spool_MB, "size at which no new trial is begun")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  app.add_flag("--resume-unattended", options.resumes_unattended,
+               "after a fault or a restart go on without an operator; only with a driver that moves nothing "
+               "real (simulated, replay)");
   app.add_option("--loop-priority", options.fifo_priority,
                  "SCHED_FIFO priority of the loop; 0: the scheduling is left alone")
       ->check(CLI::Range(0, 99))
@@ -87,6 +91,17 @@ Result<Rig> Rig::create(const RigOptions& options, const std::string& name,
     return fail(ErrorCode::kInvalidArgument,
                 "--speed is max, allowed is real: this driver's clock is not its own");
   }
+  if (options.resumes_unattended && !rig.driver_->capabilities().moves_nothing_real) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("--resume-unattended: driver {} is not allowed; expected one that moves nothing real",
+                    options.driver));
+  }
+  rig.names_.limits_off = control::limits_off(config->limits);
+  const auto driver = rig.driver_->capabilities();
+  rig.names_.watchdog = driver.can_disable && !driver.moves_nothing_real ? config->limits.watchdog : 0.0;
+  rig.names_.moves_nothing_real = rig.driver_->capabilities().moves_nothing_real;
+  rig.names_.resumes_unattended = options.resumes_unattended;
   if (auto active = rig.driver_->activate(); !active) return active.error();
   auto loop = control::RigLoop::create(*rig.driver_, *config);
   if (!loop) return loop.error();

@@ -30,6 +30,7 @@ struct RigOptions {
   std::optional<std::uint64_t> seed;
   std::string speed = "real";
   int spool_MB = 4096;
+  bool resumes_unattended = false;
   int fifo_priority = 80;       ///< 0: leaves the scheduling alone.
   std::optional<int> loop_cpu;  ///< The loop's processor.
 

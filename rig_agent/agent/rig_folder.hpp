@@ -20,6 +20,7 @@ class RigFolder {
 
   [[nodiscard]] std::filesystem::path spool() const { return path_ / "spool"; }
   [[nodiscard]] std::filesystem::path trial_log() const { return path_ / "trials.log"; }
+  [[nodiscard]] std::filesystem::path hold() const { return path_ / "hold"; }
   [[nodiscard]] std::filesystem::path calibration() const { return path_ / "calibration.toml"; }
 
  private:

@@ -37,6 +37,10 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.calibrated_at(names.calibrated_at);
   wire.calibrated_by(names.calibrated_by);
   wire.calibration_toml(names.calibration_toml);
+  wire.moves_nothing_real(names.moves_nothing_real);
+  wire.resumes_unattended(names.resumes_unattended);
+  wire.watchdog_s(names.watchdog);
+  wire.limits_off(names.limits_off);
   return wire;
 }
 

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <string>
+#include <vector>
 
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/flight_recorder.hpp"
@@ -28,6 +29,10 @@ struct RigNames {
   std::string calibrated_at;  ///< ISO 8601, empty if never
   std::string calibrated_by;
   std::string calibration_toml;  ///< The calibration's steps with their readings
+  bool moves_nothing_real = false;
+  bool resumes_unattended = false;
+  double watchdog = 0.0;  ///< s without a cycle after which the watchdog drops the torque; 0: none
+  std::vector<std::string> limits_off;  ///< Names of limits that are switched off
 };
 
 [[nodiscard]] v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry);

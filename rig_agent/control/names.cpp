@@ -28,6 +28,22 @@ const char* fault_name(Fault fault) noexcept {
       return "emergency_stop";
     case Fault::kDriver:
       return "driver";
+    case Fault::kHeld:
+      return "held";
+    case Fault::kWatchdog:
+      return "watchdog";
+    case Fault::kOverrunRate:
+      return "overrun_rate";
+    case Fault::kEncoderStill:
+      return "encoder_still";
+    case Fault::kEncoderReversed:
+      return "encoder_reversed";
+    case Fault::kForceStill:
+      return "force_still";
+    case Fault::kForceReversed:
+      return "force_reversed";
+    case Fault::kEnergy:
+      return "energy";
   }
   return "unknown";
 }

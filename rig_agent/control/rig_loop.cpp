@@ -55,16 +55,13 @@ bool RigLoop::step(std::int64_t now_ns, unsigned missed_periods) noexcept {
   const bool is_usable = monitor_.begin_cycle(status, reading, around);
   CycleInput input = convert(status, reading);
   if (!is_usable) servo_.restart();
-  if (is_usable && actuates_) {
-    input.handle = servo_.observe(joint_coordinates(geometry_, reading.raw), input.handle.force);
-    monitor_.check_handle(input.handle);
-  }
+  if (is_usable && actuates_) check_handle(reading, input);
 
   take_commands(input, input.takes_sample || status != drivers::DriverStatus::kOk);
   const bool is_safe = monitor_.latched() != 0;
   const Reference reference = is_safe ? trial_.fail(monitor_.latched()) : trial_.advance(input);
   const Eigen::Vector2d torque = control(reference);
-  monitor_.check_write(driver_.write(torque));
+  write(torque);
 
   if (input.takes_sample) take_sample(reading, input);
   record_cycle(reading, reference, torque, around);
@@ -91,11 +88,14 @@ Surroundings RigLoop::surroundings(std::int64_t now_ns, unsigned missed_periods)
   Surroundings around;
   around.now_ns = now_ns;
   around.missed_periods = missed_periods;
-  // Both are signs by themselves and order nothing else.
+  // All are signs by themselves and order nothing else.
   around.keep_alive = keep_alive_.load(std::memory_order_relaxed);
   around.is_emergency_stop_asked = emergency_stop_.load(std::memory_order_relaxed) &&
                                    emergency_stop_.exchange(false, std::memory_order_relaxed);
+  around.is_hold_asked =
+      hold_.load(std::memory_order_relaxed) && hold_.exchange(false, std::memory_order_relaxed);
   around.is_trial_running = trial_.is_running();
+  around.has_watchdog_tripped = pulse_ != nullptr && pulse_->has_tripped.load(std::memory_order_relaxed) != 0;
   return around;
 }
 
@@ -113,6 +113,35 @@ CycleInput RigLoop::convert(drivers::DriverStatus status, const drivers::Reading
   return input;
 }
 
+// A device that does not take the torque keeps the last one: it is switched off by its other way.
+void RigLoop::write(const Eigen::Vector2d& torque) noexcept {
+  const drivers::DriverStatus status = driver_.write(torque);
+  monitor_.check_write(status);
+  if (status != drivers::DriverStatus::kOk && actuates_) (void)driver_.disable();
+  driver_.heartbeat(cycle_ % 2 == 1);
+  const bool is_perturbing = trial_.phase() == Phase::kPerturbing;
+  if (is_perturbing != is_onset_shown_) driver_.set_onset(is_perturbing);
+  is_onset_shown_ = is_perturbing;
+  if (pulse_ != nullptr) pulse_->cycles.fetch_add(1, std::memory_order_relaxed);
+}
+
+void RigLoop::check_handle(const drivers::Reading& reading, CycleInput& input) noexcept {
+  const Eigen::Vector2d q = joint_coordinates(geometry_, reading.raw);
+  input.handle = servo_.observe(q, input.handle.force);
+  monitor_.check_handle(input.handle);
+  PlausibilityInput seen;
+  seen.raw = reading.raw;
+  seen.velocity = input.handle.velocity;
+  seen.force = input.handle.force;
+  seen.load = servo_.load();
+  seen.unexplained = servo_.unexplained_torque();
+  seen.sensor_angle = q[0] + q[1] + geometry_.force_sensor_angle;
+  seen.is_in_trial = trial_.is_running();
+  seen.is_onset = trial_.is_onset();  // of the cycle before
+  seen.is_perturbing = trial_.phase() == Phase::kPerturbing;
+  monitor_.check_plausibility(seen);
+}
+
 // The control law, its limits and the finite check: what violates them is never written.
 Eigen::Vector2d RigLoop::control(const Reference& reference) noexcept {
   const SafetyLimits& limits = config_.limits;
@@ -121,7 +150,9 @@ Eigen::Vector2d RigLoop::control(const Reference& reference) noexcept {
     Eigen::Vector2d torque = servo_.torque(reference);
     if (monitor_.check_torque(torque)) return torque;
   }
-  return servo_.safe_torque(limits.safe_damping, limits.safe_torque);
+  // Damping by a motion that is not known would drive the handle.
+  const bool is_motion_known = (monitor_.latched() & kMotionFaults) == 0;
+  return servo_.safe_torque(is_motion_known ? limits.safe_damping : 0.0, limits.safe_torque);
 }
 
 // A stop acts in the cycle that finds it. A trial starts with a sample: its command, and what stands behind

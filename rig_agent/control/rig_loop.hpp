@@ -9,6 +9,7 @@
 
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/flight_recorder.hpp"
+#include "rig_agent/control/pulse.hpp"
 #include "rig_agent/control/safety_limits.hpp"
 #include "rig_agent/control/safety_monitor.hpp"
 #include "rig_agent/control/sample_record.hpp"
@@ -106,6 +107,11 @@ class RigLoop {
   bool next_result(TrialResult& result) noexcept { return results_.try_pop(result); }
 
   void emergency_stop() noexcept { emergency_stop_.store(true, std::memory_order_relaxed); }
+  /// To the safe state with Fault::kHeld, by the next cycle. From any thread.
+  void hold() noexcept { hold_.store(true, std::memory_order_relaxed); }
+  /// What a watchdog looks at; null: there is none. Before the first step(). The loop counts its cycles
+  /// there, and goes to the safe state when the watchdog has dropped the torque.
+  void set_pulse(Pulse* pulse) noexcept { pulse_ = pulse; }
   /// Somebody who may command is there. Without it, a running trial ends after SafetyLimits::command_timeout.
   void keep_alive() noexcept { keep_alive_.fetch_add(1, std::memory_order_relaxed); }
 
@@ -126,6 +132,8 @@ class RigLoop {
   [[nodiscard]] Eigen::Vector2d control(const Reference& reference) noexcept;
   bool wait_for_recording(const Surroundings& around) noexcept;
 
+  void check_handle(const drivers::Reading& reading, CycleInput& input) noexcept;
+  void write(const Eigen::Vector2d& torque) noexcept;
   void take_commands(const CycleInput& input, bool may_start) noexcept;
   [[nodiscard]] CommandReply carry_out(const Command& command, const CycleInput& input) noexcept;
   [[nodiscard]] CommandReply clear_faults(std::uint64_t request) noexcept;
@@ -154,6 +162,9 @@ class RigLoop {
   SpscQueue<TrialResult> results_;
   Seqlock<LoopState> state_;
   std::atomic<bool> emergency_stop_{false};
+  std::atomic<bool> hold_{false};
+  Pulse* pulse_ = nullptr;
+  bool is_onset_shown_ = false;
   std::atomic<std::uint64_t> keep_alive_{0};
 
   std::uint64_t cycle_ = 0;

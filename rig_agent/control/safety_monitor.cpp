@@ -8,6 +8,7 @@ namespace {
 
 // s. One encoder count at the handle, up to 0.25 mm, is 0.13 m/s over this time.
 constexpr double kSpeedWindow = 0.002;
+constexpr double kMissedTime = 1.0;  // s, over which missed periods are counted
 
 }  // namespace
 
@@ -17,7 +18,9 @@ SafetyMonitor::SafetyMonitor(const SafetyLimits& limits, const RigGeometry& geom
       geometry_(geometry),
       period_(period),
       actuates_(actuates),
-      speed_cycles_(static_cast<std::uint64_t>(std::clamp(std::lround(kSpeedWindow / period), 2L, 15L))) {
+      speed_cycles_(static_cast<std::uint64_t>(std::clamp(std::lround(kSpeedWindow / period), 2L, 15L))),
+      missed_filter_(period / kMissedTime),
+      plausibility_(limits, geometry, period) {
   positions_.fill(Eigen::Vector2d::Zero());
 }
 
@@ -25,7 +28,9 @@ bool SafetyMonitor::begin_cycle(drivers::DriverStatus status, const drivers::Rea
                                 const Surroundings& around) noexcept {
   present_ = 0;
   if (around.is_emergency_stop_asked) found(Fault::kEmergencyStop);
-  if (limits_.missed_periods > 0 && around.missed_periods >= limits_.missed_periods) found(Fault::kOverrun);
+  if (around.is_hold_asked) found(Fault::kHeld);
+  if (around.has_watchdog_tripped) found(Fault::kWatchdog);
+  check_periods(around.missed_periods);
   check_commander(around);
   if (status != drivers::DriverStatus::kOk) {
     found(Fault::kDriver);
@@ -33,6 +38,10 @@ bool SafetyMonitor::begin_cycle(drivers::DriverStatus status, const drivers::Rea
     return false;
   }
   if (reading.is_emergency_stop_pressed) found(Fault::kEmergencyStop);
+  // A device whose stamps stand still gives the same reading again.
+  if (actuates_ && reading.raw.acquisition_ns <= last_acquisition_ns_ && last_acquisition_ns_ != 0)
+    found(Fault::kDriver);
+  last_acquisition_ns_ = reading.raw.acquisition_ns;
   if (actuates_) check_raw(reading.raw);
   return (present_ & (bit(Fault::kNotFinite) | bit(Fault::kEncoderJump))) == 0;
 }
@@ -54,6 +63,19 @@ void SafetyMonitor::check_raw(const RawSample& raw) noexcept {
   }
   last_angles_ = angles;
   has_last_angles_ = true;
+}
+
+void SafetyMonitor::check_periods(unsigned missed_periods) noexcept {
+  if (limits_.missed_periods > 0 && missed_periods >= limits_.missed_periods) found(Fault::kOverrun);
+  // Of the periods that this cycle stands for, all but its own were missed.
+  const double kept = std::pow(1.0 - missed_filter_, static_cast<double>(missed_periods));
+  missed_share_ = 1.0 - kept * (1.0 - missed_share_);
+  missed_share_ -= missed_filter_ * missed_share_;
+  if (limits_.missed_share > 0.0 && missed_share_ > limits_.missed_share) found(Fault::kOverrunRate);
+}
+
+void SafetyMonitor::check_plausibility(const PlausibilityInput& input) noexcept {
+  if (const FaultBits faults = plausibility_.check(input); faults != 0) found(faults);
 }
 
 void SafetyMonitor::check_commander(const Surroundings& around) noexcept {

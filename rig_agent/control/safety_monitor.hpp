@@ -5,6 +5,7 @@
 #include <cstdint>
 
 #include "rig_agent/control/fault.hpp"
+#include "rig_agent/control/plausibility.hpp"
 #include "rig_agent/control/safety_limits.hpp"
 #include "rig_agent/control/servo.hpp"
 #include "rig_agent/drivers/driver.hpp"
@@ -18,6 +19,8 @@ struct Surroundings {
   unsigned missed_periods = 0;
   std::uint64_t keep_alive = 0;  ///< A count that changes while somebody is there.
   bool is_emergency_stop_asked = false;
+  bool is_hold_asked = false;
+  bool has_watchdog_tripped = false;
   bool is_trial_running = false;
 };
 
@@ -34,6 +37,8 @@ class SafetyMonitor {
   /// Workspace, speed and force. Speed is the larger of the observer's and of the way measured in the last
   /// two cycles (at rates above 1 kHz: in the last 2 ms), so that it waits for no filter.
   void check_handle(const HandleEstimate& handle) noexcept;
+  /// Whether what the sensors say can be true. Call in every cycle whose raw values may be used.
+  void check_plausibility(const PlausibilityInput& input) noexcept;
   /// Torque that was asked for. True when it may be written.
   bool check_torque(const Eigen::Vector2d& torque) noexcept;
   void check_write(drivers::DriverStatus status) noexcept;
@@ -46,9 +51,10 @@ class SafetyMonitor {
   [[nodiscard]] bool is_saturated() const noexcept { return (present_ & bit(Fault::kSensorSaturated)) != 0; }
 
  private:
-  void found(Fault fault) noexcept {
-    present_ |= bit(fault);
-    latched_ |= bit(fault);
+  void found(Fault fault) noexcept { found(bit(fault)); }
+  void found(FaultBits faults) noexcept {
+    present_ |= faults;
+    latched_ |= faults;
   }
 
   void forget_motion() noexcept {
@@ -59,12 +65,17 @@ class SafetyMonitor {
   void check_raw(const RawSample& raw) noexcept;
   [[nodiscard]] double measured_speed(const Eigen::Vector2d& position) noexcept;
   void check_commander(const Surroundings& around) noexcept;
+  void check_periods(unsigned missed_periods) noexcept;
 
   const SafetyLimits limits_;
   const RigGeometry geometry_;
   const double period_;
   const bool actuates_;
   const std::uint64_t speed_cycles_;
+  const double missed_filter_;  // Share of one period in the share of missed ones.
+  Plausibility plausibility_;
+  double missed_share_ = 0.0;
+  std::int64_t last_acquisition_ns_ = 0;
   FaultBits latched_ = 0;
   FaultBits present_ = 0;
   bool has_last_angles_ = false;

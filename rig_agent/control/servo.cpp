@@ -6,9 +6,10 @@
 namespace tonus::control {
 namespace {
 
-constexpr double kTrimDecayTime = 0.1;  // s, time constant with which the trim is given up.
-constexpr double kRestRate = 0.01;      // rad/s; the observer shows less than this at rest.
-constexpr double kRestTime = 0.1;       // s.
+constexpr double kTrimDecayTime = 0.1;       // s, time constant with which the trim is given up.
+constexpr double kUnexplainedFilter = 15.0;  // rad/s, of the observer's corrections.
+constexpr double kRestRate = 0.01;           // rad/s; the observer shows less than this at rest.
+constexpr double kRestTime = 0.1;            // s.
 
 }  // namespace
 
@@ -22,6 +23,7 @@ Servo::Servo(const TwoLink& links, const ManipulandumModel& model, const ServoGa
       position_gain_(1.0 - std::exp(-2.0 * gains.observer_frequency * period)),
       velocity_gain_(std::pow(1.0 - std::exp(-gains.observer_frequency * period), 2) / period),
       trim_decay_(std::exp(-period / kTrimDecayTime)),
+      unexplained_filter_(1.0 - std::exp(-kUnexplainedFilter * period)),
       rest_cycles_needed_(static_cast<unsigned>(kRestTime / period)),
       kinematics_(links, Eigen::Vector2d::Zero()) {}
 
@@ -42,7 +44,12 @@ const HandleEstimate& Servo::observe(const Eigen::Vector2d& joint_angles,
   estimate_.position = predicted + position_gain_ * error;
   estimate_.velocity += period_ * acceleration_ + velocity_gain_ * error;
   rates_ = inverse(kinematics_.jacobian) * estimate_.velocity;
+  unexplained_ += unexplained_filter_ * ((velocity_gain_ / period_) * error - unexplained_);
   return estimate_;
+}
+
+Eigen::Vector2d Servo::unexplained_torque() const noexcept {
+  return model_.inertia.mass_matrix(kinematics_.cos_q2) * (inverse(kinematics_.jacobian) * unexplained_);
 }
 
 Eigen::Vector2d Servo::torque(const Reference& reference) noexcept {
@@ -77,7 +84,8 @@ Eigen::Vector2d Servo::torque(const Reference& reference) noexcept {
 Eigen::Vector2d Servo::safe_torque(double damping, double limit) noexcept {
   trim_.setZero();
   acceleration_.setZero();
-  rest_cycles_ = rates_.cwiseAbs().maxCoeff() < kRestRate ? rest_cycles_ + 1 : 0;
+  const bool is_resting = is_started_ && rates_.cwiseAbs().maxCoeff() < kRestRate;
+  rest_cycles_ = is_resting ? rest_cycles_ + 1 : 0;
   if (rest_cycles_ >= rest_cycles_needed_) is_released_ = true;
   if (is_released_ || !rates_.allFinite()) return Eigen::Vector2d::Zero();
   return (-damping * rates_).cwiseMin(limit).cwiseMax(-limit);
@@ -85,9 +93,12 @@ Eigen::Vector2d Servo::safe_torque(double damping, double limit) noexcept {
 
 void Servo::restart() noexcept {
   is_started_ = false;
+  is_released_ = false;
+  rest_cycles_ = 0;
   estimate_.velocity.setZero();
   rates_.setZero();
   trim_.setZero();
+  unexplained_.setZero();
 }
 
 // The trim is integrated only while the force is controlled, kept through the perturbation, and given up

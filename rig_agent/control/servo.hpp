@@ -68,7 +68,7 @@ class Servo {
   [[nodiscard]] Eigen::Vector2d torque(const Reference& reference) noexcept;
 
   /// Torque of the safe state: -damping q', each joint at most `limit`, until the joints are at rest; then
-  /// zero.
+  /// zero. Rest is only found in cycles that were observed: restart() begins its 0.1 s anew.
   [[nodiscard]] Eigen::Vector2d safe_torque(double damping, double limit) noexcept;
 
   /// Forgets the observer's state: the next observation starts it anew.
@@ -78,6 +78,14 @@ class Servo {
   [[nodiscard]] bool is_released() const noexcept { return is_released_; }
 
   [[nodiscard]] const HandleEstimate& estimate() const noexcept { return estimate_; }
+
+  /// Joint torques, N m, that the encoders' motion would need beside those that were given and felt: the
+  /// observer's corrections of velocity, low-passed. Near zero while encoders, force sensor and model agree.
+  [[nodiscard]] Eigen::Vector2d unexplained_torque() const noexcept;
+  /// Joint torques, N m, that balance the last observed force on the arm.
+  [[nodiscard]] Eigen::Vector2d load() const noexcept {
+    return kinematics_.jacobian.transpose() * estimate_.force;
+  }
 
  private:
   void correct_force(const Reference& reference) noexcept;
@@ -89,6 +97,7 @@ class Servo {
   const double position_gain_;
   const double velocity_gain_;
   const double trim_decay_;
+  const double unexplained_filter_;  // Share of the new value in one cycle.
   const unsigned rest_cycles_needed_;
 
   bool is_started_ = false;
@@ -98,6 +107,7 @@ class Servo {
   Eigen::Vector2d rates_ = Eigen::Vector2d::Zero();         // Joint rates, rad/s.
   Eigen::Vector2d acceleration_ = Eigen::Vector2d::Zero();  // Predicted for the period that begins, m/s2.
   Eigen::Vector2d trim_ = Eigen::Vector2d::Zero();          // N.
+  Eigen::Vector2d unexplained_ = Eigen::Vector2d::Zero();   // Acceleration at the handle, m/s2.
   HandleEstimate estimate_;
 };
 

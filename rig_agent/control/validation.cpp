@@ -37,21 +37,45 @@ class Checks {
 
 }  // namespace
 
+// Ceilings of this program: no file and no option goes beyond them.
+// - Workspace: a seated subject's hand goes about 0.25 m from the middle of its reach before the elbow is
+//   straight, where a push goes into the joint itself.
+// - Speed and energy: what an arm of some 2 kg at the hand takes up in a stop without harm, 1.5 m/s or 2 J
+// and
+//   what the centring needs.
+// - Force and torque: ISO/TS 15066, annex A, names 140 N for a hand that is held fast; a hand that holds a
+// handle
+//   cannot let go at once, and 100 N leave a margin for the sensor.
+// - Time: a person takes 0.2 s to let go; a stop has to come before a second one is needed.
 Result<void> validate(const SafetyLimits& limits) {
   return Checks("limits")
       .within("workspace_centre_m[0]", limits.workspace_centre.x(), -10.0, 10.0)
       .within("workspace_centre_m[1]", limits.workspace_centre.y(), -10.0, 10.0)
-      .within("workspace_radius_m", limits.workspace_radius, 0.005, 1.0)
-      .within("speed_m_per_s", limits.speed, 0.01, 5.0)
-      .within("force_N", limits.force, 0.5, 500.0)
-      .within("torques_Nm[0]", limits.torque[0], 0.01, 500.0)
-      .within("torques_Nm[1]", limits.torque[1], 0.01, 500.0)
-      .within("encoder_jump_rad", limits.encoder_jump, 1e-4, 1.0)
-      .within("command_timeout_s", limits.command_timeout, 0.0, 60.0)
+      .within("workspace_radius_m", limits.workspace_radius, 0.005, 0.25)
+      .within("speed_m_per_s", limits.speed, 0.01, 1.5)
+      .within("force_N", limits.force, 0.5, 100.0)
+      .within("torques_Nm[0]", limits.torque[0], 0.01, 60.0)
+      .within("torques_Nm[1]", limits.torque[1], 0.01, 60.0)
+      .within("encoder_jump_rad", limits.encoder_jump, 1e-4, 0.1)
+      .within("command_timeout_s", limits.command_timeout, 0.0, 5.0)
       .within("missed_periods", limits.missed_periods, 0.0, 10000.0)
-      .within("safe_damping_Nms_per_rad", limits.safe_damping, 0.0, 100.0)
-      .within("safe_torque_Nm", limits.safe_torque, 0.0, 100.0)
+      .within("missed_share", limits.missed_share, 0.0, 0.9)
+      .within("unexplained_torque_Nm", limits.unexplained_torque, 0.0, 10.0)
+      .within("trial_energy_J", limits.trial_energy, 0.0, 10.0)
+      .within("watchdog_s", limits.watchdog, 0.005, 0.1)
+      .within("safe_damping_Nms_per_rad", limits.safe_damping, 0.1, 10.0)
+      .within("safe_torque_Nm", limits.safe_torque, 0.1, 10.0)
       .result();
+}
+
+std::vector<std::string> limits_off(const SafetyLimits& limits) {
+  std::vector<std::string> off;
+  if (limits.command_timeout <= 0.0) off.emplace_back("command_timeout_s");
+  if (limits.missed_periods == 0) off.emplace_back("missed_periods");
+  if (limits.missed_share <= 0.0) off.emplace_back("missed_share");
+  if (limits.unexplained_torque <= 0.0) off.emplace_back("unexplained_torque_Nm");
+  if (limits.trial_energy <= 0.0) off.emplace_back("trial_energy_J");
+  return off;
 }
 
 Result<void> validate(const ServoGains& gains) {

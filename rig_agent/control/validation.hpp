@@ -1,5 +1,8 @@
 #pragma once
 
+#include <string>
+#include <vector>
+
 #include "rig_agent/control/rig_loop.hpp"
 #include "rig_agent/control/safety_limits.hpp"
 #include "rig_agent/control/servo_gains.hpp"
@@ -14,6 +17,8 @@ namespace tonus::control {
 // are named as on the wire and in files, with their unit.
 
 [[nodiscard]] Result<void> validate(const SafetyLimits& limits);
+/// Names of the limits that are switched off, as in a rig's file.
+[[nodiscard]] std::vector<std::string> limits_off(const SafetyLimits& limits);
 [[nodiscard]] Result<void> validate(const ServoGains& gains);
 [[nodiscard]] Result<void> validate(const LoopConfig& config);
 /// Also refuses a config that does not fit the driver: only two-link rigs actuate, at 500 Hz or more, and of

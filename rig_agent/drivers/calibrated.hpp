@@ -28,6 +28,9 @@ class Calibrated final : public Driver {
   DriverStatus read(Reading& reading) noexcept override { return driver_->read(reading); }
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override { return driver_->write(torque); }
   void begin_trial(const TrialNotice& notice) noexcept override { driver_->begin_trial(notice); }
+  void heartbeat(bool level) noexcept override { driver_->heartbeat(level); }
+  void set_onset(bool is_on) noexcept override { driver_->set_onset(is_on); }
+  bool disable() noexcept override { return driver_->disable(); }
 
  private:
   const std::unique_ptr<Driver> driver_;

@@ -83,6 +83,12 @@ Result<void> Comedi::set_up_channels() {
     geometry_.force_saturation_V =
         std::min(geometry_.force_saturation_V, std::min(-input.low, input.high) - 0.5 * step);
   }
+  for (const auto* line : {&config_.enable, &config_.heartbeat, &config_.onset}) {
+    if (!*line) continue;
+    if (comedi_dio_config(card_.get(), (*line)->subdevice, (*line)->channel, COMEDI_OUTPUT) < 0 &&
+        comedi_get_subdevice_type(card_.get(), (*line)->subdevice) != COMEDI_SUBD_DO)
+      return refuse("digital output", **line);
+  }
   if (!config_.emergency_stop) return {};
   const ComediChannel& stop = *config_.emergency_stop;
   if (comedi_dio_config(card_.get(), stop.subdevice, stop.channel, COMEDI_INPUT) < 0 &&
@@ -134,13 +140,45 @@ Result<void> Comedi::set_up_counter(const ComediChannel& channel, std::uint32_t 
 
 Result<void> Comedi::activate() {
   if (!is_configured_) return fail(ErrorCode::kUnavailable, "comedi: activate() before configure()");
+  if (config_.enable && !write_line(config_.enable, true)) return refuse("enable", *config_.enable);
   is_active_ = true;
   return {};
+}
+
+bool Comedi::write_line(const std::optional<ComediChannel>& line, bool is_high) noexcept {
+  return !line || comedi_dio_write(card_.get(), line->subdevice, line->channel, is_high ? 1 : 0) >= 0;
+}
+
+void Comedi::heartbeat(bool level) noexcept {
+  if (is_active_) (void)write_line(config_.heartbeat, level);
+}
+
+void Comedi::set_onset(bool is_on) noexcept {
+  if (is_active_) (void)write_line(config_.onset, is_on);
+}
+
+bool Comedi::disable(const ComediConfig& config) noexcept {
+  const std::unique_ptr<comedi_t, Close> card(comedi_open(config.device.c_str()));
+  if (!card) return false;
+  bool is_done = !config.enable ||
+                 comedi_dio_write(card.get(), config.enable->subdevice, config.enable->channel, 0) >= 0;
+  for (const ComediChannel& motor : config.motors) {
+    const comedi_range* range = comedi_get_range(card.get(), motor.subdevice, motor.channel, motor.range);
+    const std::uint32_t largest = comedi_get_maxdata(card.get(), motor.subdevice, motor.channel);
+    if (range == nullptr || largest == 0) return false;
+    const double share = std::clamp(-range->min / (range->max - range->min), 0.0, 1.0);
+    const auto zero = static_cast<lsampl_t>(std::lround(share * largest));
+    is_done = comedi_data_write(card.get(), motor.subdevice, motor.channel, motor.range, motor.reference,
+                                zero) >= 0 &&
+              is_done;
+  }
+  return is_done;
 }
 
 void Comedi::deactivate() noexcept {
   is_active_ = false;
   if (!card_ || !is_configured_) return;
+  (void)write_line(config_.enable, false);
   for (std::size_t i = 0; i < 2; ++i) (void)write_volts(i, 0.0);
 }
 

@@ -29,10 +29,17 @@ class Comedi final : public Driver {
   Result<void> configure(double period) override;
   Result<void> activate() override;
   void deactivate() noexcept override;
-  [[nodiscard]] Capabilities capabilities() const noexcept override { return {true, true, false}; }
+  [[nodiscard]] Capabilities capabilities() const noexcept override { return {.can_disable = true}; }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
+  void heartbeat(bool level) noexcept override;
+  void set_onset(bool is_on) noexcept override;
+  bool disable() noexcept override { return disable(config_); }
+
+  /// Opens the card by itself, takes the enable away where there is one, and writes 0 V to the motors. True:
+  /// the card has taken all of it. From any thread or process.
+  [[nodiscard]] static bool disable(const ComediConfig& config) noexcept;
 
  private:
   struct Close {
@@ -56,6 +63,7 @@ class Comedi final : public Driver {
   [[nodiscard]] Result<Scale> scale_of(const char* what, const ComediChannel& channel) const;
   [[nodiscard]] Result<void> set_up_counter(const ComediChannel& channel, std::uint32_t largest) const;
   [[nodiscard]] Result<void> set_up_channels();
+  [[nodiscard]] bool write_line(const std::optional<ComediChannel>& line, bool is_high) noexcept;
   [[nodiscard]] bool read_counter(std::size_t i, double& count) noexcept;
   [[nodiscard]] bool read_volts(std::size_t i, double& volts) noexcept;
   [[nodiscard]] bool write_volts(std::size_t i, double volts) noexcept;

@@ -120,8 +120,18 @@ class Section {
   std::string& problem_;
 };
 
+/// One digital output.
+void read_line(Section& comedi, const char* name, std::optional<ComediChannel>& line) {
+  Section section = comedi.section(name, false);
+  if (!section.is_there()) return;
+  section.only({"subdevice", "channel"});
+  line = ComediChannel{};
+  section.one("subdevice", true, line->subdevice);
+  section.one("channel", true, line->channel);
+}
+
 void read(Section comedi, ComediConfig& config) {
-  comedi.only({"device", "encoders", "force", "motors", "emergency_stop"});
+  comedi.only({"device", "encoders", "force", "motors", "emergency_stop", "enable", "heartbeat", "onset"});
   comedi.text("device", config.device);
 
   Section encoders = comedi.section("encoders", true);
@@ -143,6 +153,10 @@ void read(Section comedi, ComediConfig& config) {
   motors.pair("channel", true, config.motors, &ComediChannel::channel);
   motors.pair("range", false, config.motors, &ComediChannel::range);
   motors.factors("torque_Nm_per_V", config.torque_per_volt);
+
+  read_line(comedi, "enable", config.enable);
+  read_line(comedi, "heartbeat", config.heartbeat);
+  read_line(comedi, "onset", config.onset);
 
   Section stop = comedi.section("emergency_stop", false);
   if (!stop.is_there()) return;

@@ -28,7 +28,13 @@ struct ComediConfig {
   std::array<ComediChannel, 2> motors;    ///< Analogue outputs to the torque inputs of the amplifiers.
   std::array<double, 2> torque_per_volt{1.0, 1.0};  ///< N m/V; negative where the motor turns the other way.
   std::optional<ComediChannel> emergency_stop;      ///< Digital input.
-  bool is_pressed_when_high = true;                 ///< A broken wire should read as pressed: wire it so.
+  /// Digital output that enables the amplifiers while it is high: a broken wire takes the torque away.
+  std::optional<ComediChannel> enable;
+  /// Digital output that changes in every cycle, for a circuit that takes the enable away when it stands
+  /// still.
+  std::optional<ComediChannel> heartbeat;
+  std::optional<ComediChannel> onset;  ///< Digital output that is high during a perturbation.
+  bool is_pressed_when_high = true;    ///< A broken wire should read as pressed: wire it so.
 };
 
 /// The table [comedi] of a TOML file; rig_agent/drivers/README.md has all keys. Refuses unknown keys, missing

@@ -47,6 +47,12 @@ struct Capabilities {
   bool has_force_sensor = true;
   /// true: time is the driver's own and advances by one period per cycle however fast it is called.
   bool has_own_clock = false;
+  /// The driver's own statement: whatever it is told, nobody can be moved.
+  bool moves_nothing_real = false;
+  /// disable() can drop the torque, whatever this program's other threads do.
+  bool can_disable = false;
+  /// s without a write after which the device itself drops the torque; 0: it does not.
+  double own_watchdog = 0.0;
 };
 
 /// A rig's hardware, as the realtime loop sees it. The loop never asks which driver it has.
@@ -89,6 +95,15 @@ class Driver {
   /// REALTIME. Called between read and write of the cycle in which a trial starts. Hardware has nothing to
   /// do.
   virtual void begin_trial(const TrialNotice& /*notice*/) noexcept {}
+  /// REALTIME. Once a cycle after write(), with a level that alternates: for a circuit that takes the enable
+  /// away when the line stands still.
+  virtual void heartbeat(bool /*level*/) noexcept {}
+  /// REALTIME. True in the cycle in which a perturbation begins, false when it is over: for other recorders.
+  virtual void set_onset(bool /*is_on*/) noexcept {}
+
+  /// Drops the torque by a way of its own and keeps it down until the next activate(). From any thread, also
+  /// while another one hangs in read() or write(). False: it cannot, or the device has not confirmed it.
+  virtual bool disable() noexcept { return false; }
 };
 
 }  // namespace tonus::drivers

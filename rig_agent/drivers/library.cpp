@@ -57,30 +57,57 @@ RigGeometry geometry_of(const tonus_driver_description& d) {
 
 void Library::Close::operator()(void* handle) const noexcept { ::dlclose(handle); }
 
-Result<std::unique_ptr<Library>> Library::load(const std::filesystem::path& file,
-                                               const std::string& options) {
+Result<Library::Tables> Library::open(const std::filesystem::path& file) {
   std::error_code error;
   const auto path = std::filesystem::absolute(file, error);
   const std::string name = file.string();
   if (!std::filesystem::is_regular_file(path, error))
     return fail(ErrorCode::kNotFound, fmt::format("driver {}: there is no such file", name));
-  Handle handle(::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL));
-  if (!handle) return refuse(name, fmt::format("cannot be loaded: {}", ::dlerror()));
-  const auto entry = reinterpret_cast<decltype(&tonus_driver_v1)>(::dlsym(handle.get(), "tonus_driver_v1"));
-  if (entry == nullptr) return refuse(name, "is not a driver: it has no function tonus_driver_v1");
-  const tonus_driver_v1_table* table = entry();
-  if (table == nullptr) return refuse(name, "tonus_driver_v1() returned no table");
-  if (table->version != TONUS_DRIVER_VERSION || table->size != sizeof(tonus_driver_v1_table)) {
-    return refuse(
-        name, fmt::format("version is {} with a table of {} bytes, allowed is {} with {} bytes",
-                          table->version, table->size, TONUS_DRIVER_VERSION, sizeof(tonus_driver_v1_table)));
+  Tables tables{Handle(::dlopen(path.c_str(), RTLD_NOW | RTLD_LOCAL)), {}, {}};
+  void* const handle = tables.handle.get();
+  if (handle == nullptr) return refuse(name, fmt::format("cannot be loaded: {}", ::dlerror()));
+  const auto second = reinterpret_cast<decltype(&tonus_driver_v2)>(::dlsym(handle, "tonus_driver_v2"));
+  const auto first = reinterpret_cast<decltype(&tonus_driver_v1)>(::dlsym(handle, "tonus_driver_v1"));
+  if (second == nullptr && first == nullptr)
+    return refuse(name, "is not a driver: it has no function tonus_driver_v1 or tonus_driver_v2");
+  const tonus_driver_v2_table* extended = second != nullptr ? second() : nullptr;
+  const tonus_driver_v1_table* table = extended != nullptr ? &extended->base
+                                       : first != nullptr  ? first()
+                                                           : nullptr;
+  if (table == nullptr) return refuse(name, "its function returned no table");
+  const bool is_second = extended != nullptr;
+  const std::uint32_t version = is_second ? TONUS_DRIVER_VERSION_2 : TONUS_DRIVER_VERSION;
+  const std::size_t size = is_second ? sizeof(tonus_driver_v2_table) : sizeof(tonus_driver_v1_table);
+  const bool has_size = is_second ? table->size >= size : table->size == size;
+  if (table->version != version || !has_size) {
+    return refuse(name, fmt::format("version is {} with a table of {} bytes, allowed is {} with {} bytes",
+                                    table->version, table->size, version, size));
   }
   if (!is_complete(*table))
     return refuse(name, "a function of its table is missing; begin_trial alone may be");
+  tables.base = *table;
+  if (!is_second) return tables;
+  if (extended->describe_safety == nullptr || extended->disable == nullptr)
+    return refuse(name, "describe_safety or disable is missing from its table");
+  tables.extra = *extended;
+  return tables;
+}
+
+Result<std::unique_ptr<Library>> Library::load(const std::filesystem::path& file,
+                                               const std::string& options) {
+  TONUS_TRY_ASSIGN(auto tables, open(file));
+  const std::string name = file.string();
   ErrorText reason{};
-  void* rig = table->create(options.c_str(), reason.data(), reason.size());
+  void* rig = tables.base.create(options.c_str(), reason.data(), reason.size());
   if (rig == nullptr) return refuse(name, text_of(reason));
-  return std::unique_ptr<Library>(new Library(std::move(handle), *table, rig, name));
+  return std::unique_ptr<Library>(new Library(std::move(tables), rig, name, options));
+}
+
+Result<std::function<int(const char*)>> Library::load_disable(const std::filesystem::path& file) {
+  TONUS_TRY_ASSIGN(auto tables, open(file));
+  if (tables.extra.disable == nullptr) return refuse(file.string(), "is of version 1: it has no disable()");
+  (void)tables.handle.release();
+  return std::function<int(const char*)>(tables.extra.disable);
 }
 
 Library::~Library() {
@@ -103,6 +130,12 @@ Result<void> Library::configure(double period) {
   geometry_ = geometry_of(description);
   if (auto valid = validate(geometry_); !valid) return refuse(name_, valid.error().message);
   has_own_clock_ = description.has_own_clock != 0;
+  if (extra_.describe_safety != nullptr) {
+    extra_.describe_safety(rig_, &safety_);
+    if (!(safety_.watchdog_ms >= 0.0 && safety_.watchdog_ms <= 10000.0))
+      return refuse(name_,
+                    fmt::format("watchdog_ms: {} is not allowed; expected 0 to 10000", safety_.watchdog_ms));
+  }
   is_configured_ = true;
   return {};
 }
@@ -155,6 +188,18 @@ void Library::begin_trial(const TrialNotice& notice) noexcept {
                                  notice.shoulder.angle,
                                  {notice.posture.x(), notice.posture.y()}};
   table_.begin_trial(rig_, &trial);
+}
+
+void Library::heartbeat(bool level) noexcept {
+  if (is_active_ && extra_.heartbeat != nullptr) extra_.heartbeat(rig_, level ? 1 : 0);
+}
+
+void Library::set_onset(bool is_on) noexcept {
+  if (is_active_ && extra_.set_onset != nullptr) extra_.set_onset(rig_, is_on ? 1 : 0);
+}
+
+bool Library::disable() noexcept {
+  return extra_.disable != nullptr && extra_.disable(options_.c_str()) == 0;
 }
 
 }  // namespace tonus::drivers

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <memory>
 #include <string>
 
@@ -23,11 +24,24 @@ class Library final : public Driver {
   Result<void> configure(double period) override;
   Result<void> activate() override;
   void deactivate() noexcept override;
-  [[nodiscard]] Capabilities capabilities() const noexcept override { return {true, true, has_own_clock_}; }
+  [[nodiscard]] Capabilities capabilities() const noexcept override {
+    return {.has_own_clock = has_own_clock_,
+            .moves_nothing_real = safety_.moves_nothing_real != 0,
+            .can_disable = extra_.disable != nullptr,
+            .own_watchdog = 1e-3 * safety_.watchdog_ms};
+  }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
   void begin_trial(const TrialNotice& notice) noexcept override;
+  void heartbeat(bool level) noexcept override;
+  void set_onset(bool is_on) noexcept override;
+  bool disable() noexcept override;
+
+  /// The library's disable() for a process that uses nothing else of it; the library stays loaded. The errors
+  /// of load(), and kInvalidArgument where it is of version 1.
+  [[nodiscard]] static Result<std::function<int(const char*)>> load_disable(
+      const std::filesystem::path& file);
 
  private:
   struct Close {
@@ -35,13 +49,28 @@ class Library final : public Driver {
   };
   using Handle = std::unique_ptr<void, Close>;
 
-  Library(Handle handle, const tonus_driver_v1_table& table, void* rig, std::string name)
-      : handle_(std::move(handle)), table_(table), rig_(rig), name_(std::move(name)) {}
+  struct Tables {
+    Handle handle;
+    tonus_driver_v1_table base;
+    tonus_driver_v2_table extra;  ///< All null in version 1.
+  };
+  [[nodiscard]] static Result<Tables> open(const std::filesystem::path& file);
+
+  Library(Tables tables, void* rig, std::string name, std::string options)
+      : handle_(std::move(tables.handle)),
+        table_(tables.base),
+        extra_(tables.extra),
+        rig_(rig),
+        name_(std::move(name)),
+        options_(std::move(options)) {}
 
   const Handle handle_;
   const tonus_driver_v1_table table_;
+  const tonus_driver_v2_table extra_;
   void* const rig_;
   const std::string name_;
+  const std::string options_;
+  tonus_driver_safety safety_{};
   RigGeometry geometry_;
   bool has_own_clock_ = false;
   bool is_configured_ = false;

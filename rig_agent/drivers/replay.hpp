@@ -45,7 +45,9 @@ class Replay final : public Driver {
   Result<void> configure(double period) override;
   Result<void> activate() override;
   void deactivate() noexcept override;
-  [[nodiscard]] Capabilities capabilities() const noexcept override { return {false, true, true}; }
+  [[nodiscard]] Capabilities capabilities() const noexcept override {
+    return {.actuates = false, .has_own_clock = true, .moves_nothing_real = true};
+  }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return recording_.geometry; }
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;

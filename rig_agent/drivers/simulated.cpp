@@ -22,6 +22,7 @@ Result<void> Simulated::configure(double period) {
 Result<void> Simulated::activate() {
   if (!plant_) return fail(ErrorCode::kUnavailable, "simulated: activate() before configure()");
   is_active_ = true;
+  is_disabled_.store(false, std::memory_order_relaxed);
   return {};
 }
 
@@ -46,10 +47,10 @@ DriverStatus Simulated::read(Reading& reading) noexcept {
 
 DriverStatus Simulated::write(const Eigen::Vector2d& torque) noexcept {
   if (!is_active_) return DriverStatus::kFailed;
-  const bool is_finite = torque.allFinite();
-  torque_ = is_finite ? torque : Eigen::Vector2d::Zero();
+  const bool is_good = torque.allFinite() && !is_disabled_.load(std::memory_order_relaxed);
+  torque_ = is_good ? torque : Eigen::Vector2d::Zero();
   plant_->step(torque_);
-  return is_finite ? DriverStatus::kOk : DriverStatus::kFailed;
+  return is_good ? DriverStatus::kOk : DriverStatus::kFailed;
 }
 
 // A subject who stays seated goes on with the motion of the trial before.

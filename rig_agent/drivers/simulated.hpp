@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <array>
+#include <atomic>
 #include <memory>
 
 #include "rig_agent/drivers/driver.hpp"
@@ -20,11 +21,17 @@ class Simulated final : public Driver {
   Result<void> configure(double period) override;
   Result<void> activate() override;
   void deactivate() noexcept override;
-  [[nodiscard]] Capabilities capabilities() const noexcept override { return {true, true, true}; }
+  [[nodiscard]] Capabilities capabilities() const noexcept override {
+    return {.actuates = true, .has_own_clock = true, .moves_nothing_real = true, .can_disable = true};
+  }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
   void begin_trial(const TrialNotice& notice) noexcept override;
+  bool disable() noexcept override {
+    is_disabled_.store(true, std::memory_order_relaxed);
+    return true;
+  }
 
   /// For faults on purpose: what the next readings show instead of the plant. Zero by default. Same thread as
   /// read().
@@ -36,6 +43,9 @@ class Simulated final : public Driver {
   };
   void disturb(const Disturbance& disturbance) noexcept { disturbance_ = disturbance; }
 
+  /// What is true behind the sensors; from configure() on.
+  [[nodiscard]] const simulation::Plant& plant() const noexcept { return *plant_; }
+
  private:
   const simulation::Profile profile_;
   const RigGeometry geometry_;
@@ -45,6 +55,7 @@ class Simulated final : public Driver {
   TrialNotice seat_;                                  // Of the last trial.
   bool is_seated_ = false;
   bool is_active_ = false;
+  std::atomic<bool> is_disabled_{false};  // A sign by itself: it orders nothing else.
 };
 
 }  // namespace tonus::drivers

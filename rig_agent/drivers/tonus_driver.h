@@ -1,7 +1,8 @@
-/* A rig's hardware for tonus-rig-agent, as a shared library: version 1 of the interface.
+/* A rig's hardware for tonus-rig-agent, as a shared library: version 2 of the interface.
  *
- * The library exports one function, tonus_driver_v1(), and needs nothing else of tonus than this file. How to
- * write one: README.md in this folder; a complete example: examples/driver.
+ * The library exports one function, tonus_driver_v2(), and needs nothing else of tonus than this file. One
+ * that exports tonus_driver_v1() alone is still loaded; without disable() the rig then has no watchdog, and
+ * says so. How to write one: README.md in this folder; a complete example: examples/driver.
  *
  * States      unconfigured --configure--> inactive --activate--> active --deactivate--> inactive
  * The agent keeps to them: it calls read and write only between activate and deactivate, configure only when
@@ -30,8 +31,9 @@
 extern "C" {
 #endif
 
-/* Of this file. A library states the version that it was built with; the agent refuses another one. */
+/* A library states the version that it was built with; the agent refuses others than these. */
 #define TONUS_DRIVER_VERSION 1u
+#define TONUS_DRIVER_VERSION_2 2u
 
 /* What a call came to; any other value counts as TONUS_DRIVER_FAILED. Anything but OK in the running loop is
  * a fault: the rig stops. */
@@ -98,8 +100,39 @@ typedef struct tonus_driver_v1_table {
   void (*begin_trial)(void* rig, const tonus_driver_trial* trial);
 } tonus_driver_v1_table;
 
-/* The one symbol that is looked up. */
+/* The one symbol of version 1. */
 const tonus_driver_v1_table* tonus_driver_v1(void);
+
+/* Version 2: what happens when the program or the computer does not go on. */
+typedef struct tonus_driver_safety {
+  double watchdog_ms; /* the device itself drops the torque when no write comes for so long; 0: it does not */
+  int32_t moves_nothing_real; /* not 0: whatever it is told, nobody can be moved (a simulation) */
+  char by_itself[256];        /* one line, what the device does by itself when nobody writes any more */
+} tonus_driver_safety;
+
+typedef struct tonus_driver_v2_table {
+  tonus_driver_v1_table base; /* base.version is TONUS_DRIVER_VERSION_2, base.size that of this whole table. A
+                               * larger table is accepted: later members are added at the end. */
+
+  /* Asked for after configure(), constant from then on. */
+  void (*describe_safety)(void* rig, tonus_driver_safety* safety);
+
+  /* Drops the torque and keeps it down until the next activate(): by a separate enable line where the device
+   * has one, else by writing zero torque. 0: the device has confirmed it. Called at any time, from any
+   * thread, and from another process that has called nothing else of this library, while read() or write()
+   * may hang; so it gets no rig, but the options of create(), and opens what it needs itself. May be called
+   * again and again. */
+  int (*disable)(const char* options);
+
+  /* Realtime, may be NULL. heartbeat: once a cycle, after write(), with 0 and 1 in turn, for a circuit that
+   * takes the enable away when the line stands still. set_onset: 1 in the cycle in which a perturbation
+   * begins, 0 when it is over, for a digital output that other recorders can see. */
+  void (*heartbeat)(void* rig, int32_t level);
+  void (*set_onset)(void* rig, int32_t is_on);
+} tonus_driver_v2_table;
+
+/* The one symbol of version 2; looked up first. */
+const tonus_driver_v2_table* tonus_driver_v2(void);
 
 #ifdef __cplusplus
 }

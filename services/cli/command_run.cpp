@@ -71,7 +71,18 @@ Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& ru
   if (auto complete = op.wait_for_roster(kRosterLimit); !complete) return complete;
   if (*subject) return run_study_subject(op, run, **subject);
   return run_session(
-      op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.is_interrupted(); });
+      op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.interruptions(); });
+}
+
+/// Watches the session that goes on, to its end.
+Result<void> attach(const runtime::CommonOptions& common, const RunOptions& run) {
+  if (!run.protocol.empty() || !run.dataset.empty() || run.is_dry) {
+    return fail(ErrorCode::kInvalidArgument,
+                "--attach watches the session that goes on: no protocol, --dataset or --dry-run is allowed");
+  }
+  TONUS_TRY_ASSIGN(const auto end, OperatorEnd::join(common));
+  return run_session(
+      end->client(), run, end->clock(), [] { return Result<void>(); }, [&] { return end->interruptions(); });
 }
 
 /// Runs a cohort, and says where its data are.
@@ -95,6 +106,11 @@ Result<void> study(SystemOptions& system_options, const RunOptions& run, const p
   return {};
 }
 
+/// A demo of a simulated or recorded arm needs no operator after a hold.
+bool moves_nothing_real(const SystemOptions& options) {
+  return options.driver == "simulated" || options.driver == "replay";
+}
+
 Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::string& cohort) {
   run.profile = system_options.profile;
   run.dataset = system_options.dataset;
@@ -103,11 +119,14 @@ Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::str
   if (run.dataset.empty()) {
     const auto protocol = protocol::load_protocol(run.protocol);
     if (!protocol) return protocol.error();
-    if (protocol->kind == protocol::ProtocolKind::kStudy)
+    if (protocol->kind == protocol::ProtocolKind::kStudy) {
+      system_options.resumes_unattended |= moves_nothing_real(system_options);
       return study(system_options, run, *protocol, cohort);
+    }
   } else {
     system_options.driver = "replay";
   }
+  system_options.resumes_unattended |= moves_nothing_real(system_options);
   auto end = OperatorEnd::join(system_options.common);
   if (!end) return end.error();
   OperatorEnd& op = **end;
@@ -115,7 +134,7 @@ Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::str
   if (!system) return system.error();
   const auto supervise = [&] { return system->supervise("tonus demo"); };
   if (auto complete = op.wait_for_roster(kRosterLimit, supervise); !complete) return complete;
-  if (auto ran = run_session(op.client(), run, op.clock(), supervise, [&] { return op.is_interrupted(); });
+  if (auto ran = run_session(op.client(), run, op.clock(), supervise, [&] { return op.interruptions(); });
       !ran) {
     return ran;
   }
@@ -139,10 +158,12 @@ void add_run_command(CLI::App& app, Command& chosen) {
   command->add_option("--profile", run->profile, "of the simulated rig, for its truth beside the results");
   command->add_flag("--dry-run", run->is_dry,
                     "print trials, duration and extremes for the simulated rig, and move nothing");
+  command->add_flag("--attach", run->attaches, "watch the session that goes on, and print its results");
   command->callback([common, run, &chosen] {
     chosen = [common, run] {
       runtime::start_log("tonus run", common->log_level);
-      const auto outcome = run_here(*common, *run);
+      run->detaches = true;
+      const auto outcome = run->attaches ? attach(*common, *run) : run_here(*common, *run);
       return outcome ? 0 : runtime::report("tonus run", outcome.error());
     };
   });

@@ -6,12 +6,14 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_end.hpp"
 #include "services/contract/names.hpp"
+#include "services/runtime/rig_stop.hpp"
 
 namespace tonus::cli {
 namespace {
 
 constexpr std::chrono::seconds kLook{2};
 constexpr std::chrono::seconds kReplyLimit{30};
+constexpr std::chrono::seconds kStopLimit{5};
 
 Result<void> status(const runtime::CommonOptions& common) {
   auto end = OperatorEnd::join(common);
@@ -34,6 +36,7 @@ Result<void> status(const runtime::CommonOptions& common) {
     std::printf("%-15s %-10s %-9s %s%s\n", runtime::role_name(health.role()), health.name().c_str(),
                 health.is_ready() ? "ready" : "not ready", health.state().c_str(),
                 health.dropped() > 0 ? fmt::format(", {} dropped", health.dropped()).c_str() : "");
+    for (const auto& warning : health.warnings()) std::printf("%-15s warning: %s\n", "", warning.c_str());
   }
   if (const auto& session = client.newest_state()) {
     std::printf("session %s: %s, %u of %u trials, %u rejected", to_hex(session->session_id()).c_str(),
@@ -43,6 +46,44 @@ Result<void> status(const runtime::CommonOptions& common) {
   } else {
     std::printf("no session\n");
   }
+  if (const std::string held = (*end)->held(); !held.empty()) std::printf("%s\n", held.c_str());
+  return {};
+}
+
+Result<void> stop(const runtime::CommonOptions& common) {
+  const SystemClock clock;
+  TONUS_TRY_ASSIGN(auto bus, runtime::open_bus(common, "tonus stop"));
+  TONUS_TRY_ASSIGN(auto sender, runtime::RigStopSender::create(std::move(bus), clock));
+  const auto took = sender.stop(id_of("rig/" + common.rig), random_id(), "command line", kStopLimit);
+  if (!took) {
+    return fail(took.error().code, fmt::format("{} of rig '{}' in domain {}; use the stop of the hardware",
+                                               took.error().message, common.rig, common.domain));
+  }
+  std::printf("rig '%s' stopped after %.1f ms and is held. When it is safe, type: tonus clear-fault\n",
+              common.rig.c_str(), std::chrono::duration<double, std::milli>(*took).count());
+  return {};
+}
+
+Result<void> clear_fault(const runtime::CommonOptions& common) {
+  TONUS_TRY_ASSIGN(const auto end, OperatorEnd::join(common));
+  SessionClient& client = end->client();
+  const Id rig = id_of("rig/" + common.rig);
+  if (!client.wait_for([&] { return client.rig_state(rig).has_value(); }, kLook)) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("there is no rig '{}' in domain {}", common.rig, common.domain));
+  }
+  const v1::RigState state = *client.rig_state(rig);
+  if (state.mode() != v1::RIG_HELD) {
+    std::printf("rig '%s' is not held\n", common.rig.c_str());
+    return {};
+  }
+  v1::RigCommand clear;
+  clear.rig_id(rig);
+  clear.request(v1::RIG_CLEAR_FAULT);
+  clear.hold_number(state.hold_number());
+  TONUS_TRY(client.request(clear, kReplyLimit));
+  std::printf("rig '%s' was held: %s. It is free; a session goes on after: tonus resume\n",
+              common.rig.c_str(), state.held_because().c_str());
   return {};
 }
 
@@ -89,6 +130,11 @@ void add_steering_commands(CLI::App& app, Command& chosen) {
       [](const auto& common) { return steer(common, v1::SESSION_RESUME); });
   add(app, chosen, "abort", "Ends the session and the running trial at once.",
       [](const auto& common) { return steer(common, v1::SESSION_ABORT); });
+  add(app, chosen, "stop", "Stops the rig at once and holds it; needs nothing of the system but the rig.",
+      stop);
+  add(app, chosen, "clear-fault",
+      "Frees a rig that is held by a fault, a stop or a restart; a session goes on after `resume`.",
+      clear_fault);
 }
 
 }  // namespace tonus::cli

@@ -33,12 +33,13 @@ Result<void> up(const SystemOptions& options) {
   const auto begun = op.clock().now();
   auto system = System::start(options, op.clock());
   if (!system) return system.error();
-  if (auto complete = op.wait_for_roster(kRosterLimit, [&] { return system->supervise(kName); }); !complete)
-    return complete;
+  const auto complete = op.wait_for_roster(kRosterLimit, [&] { return system->supervise(kName); });
+  if (!complete && op.held().empty()) return complete;  // a held rig waits for its operator
   std::printf(
       "ready after %.1f s: rig, scheduler, identification, archive in domain %d over %s; data in %s\n",
       std::chrono::duration<double>(op.clock().now() - begun).count(), options.common.domain,
       options.common.dds.c_str(), system->data().c_str());
+  if (const std::string held = op.held(); !held.empty()) std::printf("%s\n", held.c_str());
   if (options.has_dashboard) {
     if (auto told = tell_dashboard(op, *system); !told) return told;
   }

@@ -24,6 +24,6 @@ void add_verify_command(CLI::App& app, Command& chosen);
 void add_recover_command(CLI::App& app, Command& chosen);
 void add_export_command(CLI::App& app, Command& chosen);
 void add_import_command(CLI::App& app, Command& chosen);
-void add_steering_commands(CLI::App& app, Command& chosen);  ///< pause, resume, abort
+void add_steering_commands(CLI::App& app, Command& chosen);  ///< pause, resume, abort, stop, clear-fault
 
 }  // namespace tonus::cli

@@ -20,7 +20,22 @@ Result<std::unique_ptr<OperatorEnd>> OperatorEnd::join(const runtime::CommonOpti
   auto client = SessionClient::create(*end->bus_, end->clock_, end->notifier_);
   if (!client) return client.error();
   end->client_.emplace(std::move(*client));
+  end->rig_ = options.rig;
   return end;
+}
+
+std::string OperatorEnd::held() const {
+  const auto& state = client_->rig_state(id_of("rig/" + rig_));
+  if (!state || state->mode() != v1::RIG_HELD) return {};
+  return fmt::format(
+      "rig '{}' is held: {}. When it is safe, type: tonus clear-fault; then, in a session: tonus resume",
+      rig_, state->held_because().empty() ? state->fault() : state->held_because());
+}
+
+bool OperatorEnd::is_complete_but_for_the_hold() {
+  auto& roster = client_->roster();
+  return !held().empty() && roster.missing({v1::ROLE_RIG}, false).empty() &&
+         roster.missing({v1::ROLE_SCHEDULER, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE}).empty();
 }
 
 Result<void> OperatorEnd::wait_for_roster(std::chrono::milliseconds limit,
@@ -30,6 +45,7 @@ Result<void> OperatorEnd::wait_for_roster(std::chrono::milliseconds limit,
   while (
       !client_->wait_for(is_complete, std::chrono::milliseconds(100), [this] { return is_interrupted(); })) {
     if (is_interrupted()) return fail(ErrorCode::kUnavailable, "interrupted");
+    if (is_complete_but_for_the_hold()) return fail(ErrorCode::kUnavailable, held());
     if (tick) {
       if (auto ticked = tick(); !ticked) return ticked;
     }

@@ -19,20 +19,28 @@ class OperatorEnd {
   [[nodiscard]] SessionClient& client() { return *client_; }
   [[nodiscard]] const Clock& clock() const { return clock_; }
   [[nodiscard]] bool is_interrupted() const { return stop_->is_requested(); }
+  /// How often Ctrl-C was pressed.
+  [[nodiscard]] int interruptions() const { return stop_->requests(); }
+
+  /// Why the rig is held, with what to type; empty: it is not, or is not there.
+  [[nodiscard]] std::string held() const;
 
   /// Waits until rig, scheduler, identification and archive are there and ready. `tick` is called a few times
-  /// a second and ends the waiting by an error. kTimeout names what is missing.
+  /// a second and ends the waiting by an error. kUnavailable as soon as the rig says that it is held;
+  /// kTimeout names what is missing.
   [[nodiscard]] Result<void> wait_for_roster(std::chrono::milliseconds limit,
                                              const std::function<Result<void>()>& tick = {});
 
  private:
   OperatorEnd() = default;
+  [[nodiscard]] bool is_complete_but_for_the_hold();
 
   std::shared_ptr<bus::Notifier> notifier_ = std::make_shared<bus::Notifier>();
   std::unique_ptr<StopSignal> stop_;
   SystemClock clock_;
   std::unique_ptr<bus::Bus> bus_;
   std::optional<SessionClient> client_;
+  std::string rig_;
 };
 
 }  // namespace tonus::cli

@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "idl/topics.hpp"
+#include "services/contract/names.hpp"
 #include "services/runtime/drain.hpp"
 
 namespace tonus::cli {
@@ -31,10 +32,15 @@ Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
   if (!verdicts) return verdicts.error();
   auto descriptions = bus::TypedReader<v1::RigDescription>::create(bus, topics::kRigDescription, notifier);
   if (!descriptions) return descriptions.error();
+  TONUS_TRY_ASSIGN(auto rig_states, bus::TypedReader<v1::RigState>::create(bus, topics::kRigState, notifier));
+  TONUS_TRY_ASSIGN(auto rig_commands, bus::TypedWriter<v1::RigCommand>::create(bus, topics::kRigCommand));
+  TONUS_TRY_ASSIGN(auto rig_replies,
+                   bus::TypedReader<v1::RigReply>::create(bus, topics::kRigReply, notifier));
   auto roster = runtime::Roster::create(bus, clock, notifier);
   if (!roster) return roster.error();
   return SessionClient({std::move(*commands), std::move(*replies), std::move(*states), std::move(*estimates),
-                        std::move(*verdicts), std::move(*descriptions)},
+                        std::move(*verdicts), std::move(*descriptions), std::move(rig_states),
+                        std::move(rig_commands), std::move(rig_replies)},
                        std::move(*roster), clock, std::move(notifier));
 }
 
@@ -49,7 +55,10 @@ void SessionClient::update() {
   roster_.update();
   for (auto& received : runtime::drain(endpoints_.descriptions)) rig_ = std::move(received.value);
   for (auto& received : runtime::drain(endpoints_.states)) {
-    newest_state_ = received.value;
+    // A late joiner hears of sessions in any order: one that has ended does not hide one that goes on.
+    const bool is_other = newest_state_ && newest_state_->session_id() != received.value.session_id();
+    if (!is_other || !v1::is_over(received.value.phase()) || v1::is_over(newest_state_->phase()))
+      newest_state_ = received.value;
     states_[received.value.session_id()] = std::move(received.value);
   }
   for (auto& received : runtime::drain(endpoints_.estimates)) {
@@ -59,7 +68,13 @@ void SessionClient::update() {
     verdicts_[received.value.trial_id()] = std::move(received.value);
   }
   for (auto& received : runtime::drain(endpoints_.replies)) {
-    replies_[received.value.request_id()] = std::move(received.value);
+    replies_[received.value.request_id()] = {received.value.is_done(), received.value.message()};
+  }
+  for (auto& received : runtime::drain(endpoints_.rig_states)) {
+    rig_states_[received.value.rig_id()] = std::move(received.value);
+  }
+  for (auto& received : runtime::drain(endpoints_.rig_replies)) {
+    replies_[received.value.request_id()] = {received.value.is_done(), received.value.message()};
   }
 }
 
@@ -78,23 +93,39 @@ Result<void> SessionClient::wait_for(const std::function<bool()>& done, std::chr
   }
 }
 
-Result<std::string> SessionClient::request(v1::SessionCommand command, std::chrono::milliseconds limit) {
+template <typename Command>
+Result<std::string> SessionClient::ask(bus::TypedWriter<Command>& writer, Command command,
+                                       std::chrono::milliseconds limit, const char* who) {
   const Id id = random_id();
   command.request_id(id);
   if (command.requested_by().empty()) command.requested_by("command line");
   const auto deadline = clock_->now() + limit;
   while (clock_->now() < deadline) {
     // A command that finds the history full, or nobody to take it, is sent again below.
-    (void)endpoints_.commands.write(command);
+    (void)writer.write(command);
     if (!wait_for([&] { return replies_.contains(id); }, kAskAgain)) continue;
     const auto& reply = replies_.at(id);
-    if (!reply.is_done()) return fail(ErrorCode::kInvalidArgument, reply.message());
-    return reply.message();
+    if (!reply.is_done) return fail(ErrorCode::kInvalidArgument, reply.message);
+    return reply.message;
   }
   return fail(ErrorCode::kTimeout,
-              fmt::format("no scheduler answered within {:.1f} s; is `tonus up` running in this "
+              fmt::format("no {} answered within {:.1f} s; is `tonus up` running in this "
                           "domain?",
-                          std::chrono::duration<double>(limit).count()));
+                          who, std::chrono::duration<double>(limit).count()));
+}
+
+Result<std::string> SessionClient::request(v1::SessionCommand command, std::chrono::milliseconds limit) {
+  return ask(endpoints_.commands, std::move(command), limit, "scheduler");
+}
+
+Result<std::string> SessionClient::request(v1::RigCommand command, std::chrono::milliseconds limit) {
+  return ask(endpoints_.rig_commands, std::move(command), limit, "rig agent");
+}
+
+const std::optional<v1::RigState>& SessionClient::rig_state(const Id& rig) const {
+  static const std::optional<v1::RigState> kNone;
+  const auto found = rig_states_.find(rig);
+  return found == rig_states_.end() ? kNone : found->second;
 }
 
 const std::optional<v1::SessionState>& SessionClient::state(const Id& session) const {

@@ -38,12 +38,16 @@ class SessionClient {
   /// value; kInvalidArgument with it where the scheduler refused, kTimeout where nobody answered within
   /// `limit`.
   [[nodiscard]] Result<std::string> request(v1::SessionCommand command, std::chrono::milliseconds limit);
+  /// As above, of the rig.
+  [[nodiscard]] Result<std::string> request(v1::RigCommand command, std::chrono::milliseconds limit);
 
   [[nodiscard]] runtime::Roster& roster() { return roster_; }
   [[nodiscard]] const std::optional<v1::RigDescription>& rig() const { return rig_; }
+  /// Newest state of the rig of that id.
+  [[nodiscard]] const std::optional<v1::RigState>& rig_state(const Id& rig) const;
   [[nodiscard]] const std::optional<v1::SessionState>& state(const Id& session) const;
 
-  /// State of the session that is going on, or of any.
+  /// State of the session that is going on; where there is none, of one that has ended.
   [[nodiscard]] const std::optional<v1::SessionState>& newest_state() const { return newest_state_; }
 
   /// Newest estimates of a session's conditions, in the order of posture, set and method.
@@ -64,7 +68,13 @@ class SessionClient {
     bus::TypedReader<v1::Estimate> estimates;
     bus::TypedReader<v1::TrialVerdict> verdicts;
     bus::TypedReader<v1::RigDescription> descriptions;
+    bus::TypedReader<v1::RigState> rig_states;
+    bus::TypedWriter<v1::RigCommand> rig_commands;
+    bus::TypedReader<v1::RigReply> rig_replies;
   };
+  template <typename Command>
+  [[nodiscard]] Result<std::string> ask(bus::TypedWriter<Command>& writer, Command command,
+                                        std::chrono::milliseconds limit, const char* who);
   SessionClient(Endpoints endpoints, runtime::Roster roster, const Clock& clock,
                 std::shared_ptr<bus::Notifier> notifier);
 
@@ -78,7 +88,12 @@ class SessionClient {
   std::optional<v1::SessionState> newest_state_;
   std::map<Id, v1::Estimate> estimates_;
   std::map<Id, v1::TrialVerdict> verdicts_;
-  std::map<Id, v1::SessionReply> replies_;
+  std::map<Id, std::optional<v1::RigState>> rig_states_;
+  struct Reply {
+    bool is_done = false;
+    std::string message;
+  };
+  std::map<Id, Reply> replies_;
 };
 
 }  // namespace tonus::cli

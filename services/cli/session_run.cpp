@@ -3,6 +3,7 @@
 #include <cstdio>
 #include <fstream>
 #include <nlohmann/json.hpp>
+#include <optional>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/study/loaded_postures.hpp"
@@ -19,6 +20,8 @@ namespace {
 
 constexpr std::chrono::seconds kReplyLimit{10};
 constexpr std::chrono::milliseconds kTick{100};
+constexpr std::chrono::seconds kLook{2};
+constexpr std::chrono::seconds kQuestion{5};
 
 bool is_over(const std::optional<v1::SessionState>& state) { return state && v1::is_over(state->phase()); }
 
@@ -78,6 +81,63 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
   return write_text_file(options.json, json.dump(1) + "\n");
 }
 
+/// What an operator types when a session waits for one; empty where it does not.
+std::string what_to_type(const std::string& waiting_for) {
+  if (!waiting_for.starts_with("operator: ")) return {};
+  const bool is_held = waiting_for.find("rig is held") != std::string::npos;
+  return is_held ? "\n  type: tonus clear-fault; then: tonus resume" : "\n  type: tonus resume";
+}
+
+/// Starts a session; its id.
+Result<Id> start_session(SessionClient& client, const RunOptions& options) {
+  TONUS_TRY_ASSIGN(const auto text, protocol_text(options));
+  v1::SessionCommand start;
+  start.session_id(random_id());
+  start.request(v1::SESSION_START);
+  start.protocol_toml(text);
+  start.subject(options.subject);
+  start.seed(options.seed);
+  TONUS_TRY(client.request(start, kReplyLimit));
+  return start.session_id();
+}
+
+/// The session that goes on.
+Result<Id> running_session(SessionClient& client) {
+  const auto is_going = [&] { return client.newest_state() && !is_over(client.newest_state()); };
+  if (!client.wait_for(is_going, kLook)) return fail(ErrorCode::kNotFound, "no session is going on");
+  return client.newest_state()->session_id();
+}
+
+/// What Ctrl-C does to the session: leaves it, or aborts it.
+class Leaving {
+ public:
+  enum class Answer { kStay, kLeave, kAbort };
+
+  Leaving(bool detaches, const Clock& clock) : detaches_(detaches), clock_(clock) {}
+
+  Answer ask(int interruptions, ProgressBar& progress) {
+    if (interruptions == 0 || has_aborted_) return Answer::kStay;
+    if (!detaches_ || interruptions > 1) {
+      has_aborted_ = true;
+      return Answer::kAbort;
+    }
+    if (!is_asked_) {
+      is_asked_ = true;
+      leaves_at_ = clock_.now() + kQuestion;
+      progress.say(fmt::format("leave the session to itself? Ctrl-C again within {} s aborts it instead",
+                               kQuestion.count()));
+    }
+    return clock_.now() < leaves_at_ ? Answer::kStay : Answer::kLeave;
+  }
+
+ private:
+  const bool detaches_;
+  const Clock& clock_;
+  bool is_asked_ = false;
+  Clock::TimePoint leaves_at_;
+  bool has_aborted_ = false;
+};
+
 }  // namespace
 
 Result<std::string> protocol_text(const RunOptions& options) {
@@ -90,40 +150,40 @@ Result<std::string> protocol_text(const RunOptions& options) {
 
 Result<void> run_session(SessionClient& client, const RunOptions& options, const Clock& clock,
                          const std::function<Result<void>()>& tick,
-                         const std::function<bool()>& interrupted) {
-  auto text = protocol_text(options);
-  if (!text) return text.error();
-
-  v1::SessionCommand start;
-  start.session_id(random_id());
-  start.request(v1::SESSION_START);
-  start.protocol_toml(*text);
-  start.subject(options.subject);
-  start.seed(options.seed);
-  const Id session = start.session_id();
+                         const std::function<int()>& interruptions) {
   const auto begun = clock.now();
-  if (auto accepted = client.request(start, kReplyLimit); !accepted) return accepted.error();
+  const auto started = options.attaches ? running_session(client) : start_session(client, options);
+  if (!started) return started.error();
+  const Id session = *started;
   std::printf(options.is_brief ? "session %s; " : "session %s\n", to_hex(session).c_str());
   std::fflush(stdout);
 
   ProgressBar progress("trials");
   std::string waited_for;
-  bool is_aborting = false;
+  Leaving leaving(options.detaches, clock);
   while (!is_over(client.state(session))) {
     (void)client.wait_for([&] { return is_over(client.state(session)); }, kTick);
     if (auto ticked = tick(); !ticked) return ticked;
     if (const auto& state = client.state(session)) {
       if (state->waiting_for() != waited_for && !state->waiting_for().empty())
-        progress.say("the session waits for " + state->waiting_for());
+        progress.say("the session waits for " + state->waiting_for() + what_to_type(state->waiting_for()));
       waited_for = state->waiting_for();
       progress.show(state->counted(), state->planned(), remark_of(*state));
     }
-    if (interrupted() && !is_aborting) {
-      is_aborting = true;
-      v1::SessionCommand abort;
-      abort.session_id(session);
-      abort.request(v1::SESSION_ABORT);
-      if (auto aborted = client.request(abort, kReplyLimit); !aborted) return aborted.error();
+    switch (leaving.ask(interruptions(), progress)) {
+      case Leaving::Answer::kStay:
+        break;
+      case Leaving::Answer::kLeave:
+        progress.clear();
+        std::printf("the session goes on; to watch it again, type: tonus run --attach\n");
+        return {};
+      case Leaving::Answer::kAbort: {
+        v1::SessionCommand abort;
+        abort.session_id(session);
+        abort.request(v1::SESSION_ABORT);
+        progress.say("the session is being aborted");
+        TONUS_TRY(client.request(abort, kReplyLimit));
+      }
     }
   }
   progress.clear();

@@ -19,14 +19,17 @@ struct RunOptions {
   std::string json;       ///< File for the results.
   bool is_brief = false;  ///< Print one line at the end and no results: they are in the archive.
   bool is_dry = false;    ///< Say what would be done, and do nothing.
+  bool attaches = false;  ///< Watch the session that goes on, instead of starting one.
+  /// Ctrl-C leaves the session to itself, and only a second one aborts it; else the first one does.
+  bool detaches = false;
 };
 
 /// Runs one session from start to end with a progress bar, prints its results on standard output and writes
-/// them to `json`. `tick` is called a few times a second and ends the run by an error; `interrupted` aborts
-/// the session.
+/// them to `json`. `tick` is called a few times a second and ends the run by an error; `interruptions` counts
+/// how often Ctrl-C was pressed. What the session waits for, a held rig with what to type, is said at once.
 [[nodiscard]] Result<void> run_session(SessionClient& client, const RunOptions& options, const Clock& clock,
                                        const std::function<Result<void>()>& tick,
-                                       const std::function<bool()>& interrupted);
+                                       const std::function<int()>& interruptions);
 
 /// Reads the protocol that the options name.
 [[nodiscard]] Result<std::string> protocol_text(const RunOptions& options);

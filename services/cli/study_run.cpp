@@ -36,7 +36,7 @@ Result<void> run_sessions(OperatorEnd& op, RunOptions run, const protocol::Study
     run.protocol = (folder / protocol).string();
     std::printf("%s, %s:%c", subject.name.c_str(), protocol.c_str(), run.is_brief ? ' ' : '\n');
     std::fflush(stdout);
-    auto ran = run_session(op.client(), run, op.clock(), tick, [&] { return op.is_interrupted(); });
+    auto ran = run_session(op.client(), run, op.clock(), tick, [&] { return op.interruptions(); });
     if (!ran) return ran;
   }
   return {};

@@ -69,6 +69,7 @@ std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesyst
            .add("--loop-priority", o.loop_priority)
            .take()},
   };
+  if (o.resumes_unattended) all.back().arguments.emplace_back("--resume-unattended");
   if (o.has_dashboard) {
     auto dashboard = common();
     dashboard.add("--store", o.store)
@@ -105,6 +106,12 @@ void add_rig_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--loop-priority", o.loop_priority,
                  "SCHED_FIFO priority of the rig's loop; 0: the scheduling is left alone")
       ->check(CLI::Range(0, 99));
+}
+
+void add_unattended_option(CLI::App& app, SystemOptions& o) {
+  app.add_flag("--resume-unattended", o.resumes_unattended,
+               "after a fault or a restart go on without an operator; only with a driver that moves nothing "
+               "real (simulated, replay)");
 }
 
 void add_identification_options(CLI::App& app, SystemOptions& o) {
@@ -144,14 +151,17 @@ void add_dashboard_options(CLI::App& app, SystemOptions& o) {
 void add_system_options(CLI::App& app, SystemOptions& o) {
   runtime::add_common_options(app, o.common);
   add_rig_options(app, o);
+  add_unattended_option(app, o);
   add_identification_options(app, o);
   app.add_option("--store", o.store, "archive: a file, or postgresql://USER@HOST/DATABASE");
   add_dashboard_options(app, o);
 }
 
 Result<System> System::start(const SystemOptions& options, const Clock& clock) {
-  auto lock = DomainLock::take(options.common.domain);
-  if (!lock) return lock.error();
+  auto lock = MachineLock::take("domain " + std::to_string(options.common.domain));
+  if (!lock) {
+    return fail(lock.error().code, "--" + lock.error().message + "; expected another domain, from 0 to 232");
+  }
   auto data = runtime::data_folder(options.common);
   if (!data) return data.error();
   auto supervisor = Supervisor::start(services(options, *data), *data / "logs", clock);

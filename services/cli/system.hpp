@@ -4,8 +4,8 @@
 #include <string>
 #include <vector>
 
-#include "services/cli/domain_lock.hpp"
 #include "services/cli/supervisor.hpp"
+#include "services/core/machine_lock.hpp"
 #include "services/runtime/options.hpp"
 
 namespace CLI {
@@ -29,6 +29,7 @@ struct SystemOptions {
   std::string seed;
   std::string loop_cpu;
   std::string loop_priority;
+  bool resumes_unattended = false;
   std::string natural_frequency;
   std::string damping_ratio;
   std::string window;
@@ -56,10 +57,10 @@ class System {
   [[nodiscard]] const std::filesystem::path& data() const { return data_; }
 
  private:
-  System(DomainLock lock, std::filesystem::path data, Supervisor supervisor)
+  System(MachineLock lock, std::filesystem::path data, Supervisor supervisor)
       : lock_(std::move(lock)), data_(std::move(data)), supervisor_(std::move(supervisor)) {}
 
-  DomainLock lock_;
+  MachineLock lock_;  // of the domain: two systems of one machine do not share one
   std::filesystem::path data_;
   Supervisor supervisor_;
 };

@@ -21,17 +21,19 @@ StopSignal::StopSignal(std::function<void()> on_stop) : on_stop_(std::move(on_st
   const sigset_t set = stop_signals();
   pthread_sigmask(SIG_BLOCK, &set, nullptr);
   waiter_ = std::thread([this, set] {
-    int signal = 0;
-    sigwait(&set, &signal);
-    if (is_ending_.load(std::memory_order_acquire)) return;  // woken by the destructor
-    is_requested_.store(true, std::memory_order_release);
-    if (on_stop_) on_stop_();
+    while (true) {
+      int signal = 0;
+      sigwait(&set, &signal);
+      if (is_ending_.load(std::memory_order_acquire)) return;  // woken by the destructor
+      requests_.fetch_add(1, std::memory_order_release);
+      if (on_stop_) on_stop_();
+    }
   });
 }
 
 StopSignal::~StopSignal() {
   is_ending_.store(true, std::memory_order_release);
-  if (!is_requested()) pthread_kill(waiter_.native_handle(), SIGTERM);
+  pthread_kill(waiter_.native_handle(), SIGTERM);
   waiter_.join();
 }
 

@@ -16,6 +16,8 @@ namespace tonus::runtime {
 namespace {
 
 constexpr std::chrono::milliseconds kPeriod{500};
+constexpr int kReportsOfAnother = 3;  // one that was just replaced may still be heard once
+constexpr std::chrono::seconds kOtherForgotten{3};
 constexpr std::size_t kMostWarnings = 16;  // the contract's bound
 
 std::string host_name() {
@@ -77,17 +79,21 @@ Result<HealthReporter> HealthReporter::create(bus::Bus& bus, const Clock& clock,
   if (!configuration) return configuration.error();
   if (auto written = configuration->write(configuration_of(health, options)); !written)
     return written.error();
+  auto others = bus::TypedReader<v1::ServiceHealth>::create(bus, topics::kServiceHealth, nullptr);
+  if (!others) return others.error();
   auto clock_answer = ClockAnswer::create(bus, clock, health.instance_id(), std::move(notifier));
   if (!clock_answer) return clock_answer.error();
-  return HealthReporter(std::move(*writer), std::move(*configuration), std::move(*clock_answer), clock,
-                        health);
+  return HealthReporter(std::move(*writer), std::move(*configuration), std::move(*others),
+                        std::move(*clock_answer), clock, health);
 }
 
 HealthReporter::HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
                                bus::TypedWriter<v1::ServiceConfiguration> configuration,
-                               ClockAnswer clock_answer, const Clock& clock, v1::ServiceHealth health)
+                               bus::TypedReader<v1::ServiceHealth> others, ClockAnswer clock_answer,
+                               const Clock& clock, v1::ServiceHealth health)
     : writer_(std::move(writer)),
       configuration_(std::move(configuration)),
+      others_(std::move(others)),
       clock_answer_(std::move(clock_answer)),
       clock_(&clock),
       health_(std::move(health)) {}
@@ -95,9 +101,11 @@ HealthReporter::HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
 HealthReporter::HealthReporter(HealthReporter&& other) noexcept
     : writer_(std::exchange(other.writer_, std::nullopt)),
       configuration_(std::move(other.configuration_)),
+      others_(std::move(other.others_)),
       clock_answer_(std::move(other.clock_answer_)),
       clock_(other.clock_),
       health_(std::move(other.health_)),
+      other_(std::move(other.other_)),
       due_(other.due_),
       has_changed_(other.has_changed_) {}
 
@@ -129,15 +137,45 @@ void HealthReporter::set_load(double lag_s, std::uint32_t queue_depth, std::uint
   health_.dropped(dropped);
 }
 
+void HealthReporter::hear_others() {
+  for (auto& received : drain(others_)) {
+    const v1::ServiceHealth& heard = received.value;
+    const bool is_own = heard.process_id() == health_.process_id() && heard.host() == health_.host() &&
+                        heard.started_ns() == health_.started_ns();
+    if (heard.instance_id() != health_.instance_id() || is_own) continue;
+    const bool is_same =
+        other_ && other_->health.process_id() == heard.process_id() && other_->health.host() == heard.host();
+    if (heard.is_leaving()) {
+      if (is_same) other_.reset();
+      continue;
+    }
+    other_ = Other{heard, is_same ? other_->reports + 1 : 1, clock_->now()};
+  }
+  if (other_ && clock_->now() - other_->heard > kOtherForgotten) other_.reset();
+}
+
+std::string HealthReporter::other() const {
+  if (!other_ || other_->reports < kReportsOfAnother) return {};
+  return fmt::format("another {} '{}' is on the bus: process {} on {}; end one of them",
+                     role_name(health_.role()), health_.name(), other_->health.process_id(),
+                     other_->health.host());
+}
+
 Clock::TimePoint HealthReporter::publish_if_due() {
   clock_answer_.answer();
+  hear_others();
   if (has_changed_ || clock_->now() >= due_) publish();
   return due_;
 }
 
 void HealthReporter::publish() {
+  v1::ServiceHealth report = health_;
+  if (const std::string doubled = other(); !doubled.empty()) {
+    report.is_ready(false);
+    report.state(doubled);
+  }
   // A report that cannot be sent is followed by the next one half a second later.
-  (void)writer_->write(health_);
+  (void)writer_->write(report);
   has_changed_ = false;
   due_ = clock_->now() + kPeriod;
 }

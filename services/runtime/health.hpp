@@ -47,17 +47,31 @@ class HealthReporter {
 
   [[nodiscard]] Id instance() const { return health_.instance_id(); }
 
+  /// Another process that goes on reporting under this service's role and name, with process and host: two
+  /// must not serve one rig, and this one is then not ready. Empty: none was heard of late.
+  [[nodiscard]] std::string other() const;
+
  private:
   HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
-                 bus::TypedWriter<v1::ServiceConfiguration> configuration, ClockAnswer clock_answer,
-                 const Clock& clock, v1::ServiceHealth health);
+                 bus::TypedWriter<v1::ServiceConfiguration> configuration,
+                 bus::TypedReader<v1::ServiceHealth> others, ClockAnswer clock_answer, const Clock& clock,
+                 v1::ServiceHealth health);
   void publish();
+  void hear_others();
 
   std::optional<bus::TypedWriter<v1::ServiceHealth>> writer_;
   bus::TypedWriter<v1::ServiceConfiguration> configuration_;  ///< Kept, for late joiners.
+  bus::TypedReader<v1::ServiceHealth> others_;
   ClockAnswer clock_answer_;
   const Clock* clock_;
   v1::ServiceHealth health_;
+  /// Reports of another process of this role and name; one that has been replaced reports no more.
+  struct Other {
+    v1::ServiceHealth health;
+    int reports = 0;
+    Clock::TimePoint heard;
+  };
+  std::optional<Other> other_;
   Clock::TimePoint due_;
   bool has_changed_ = true;
 };

@@ -35,8 +35,13 @@ int main(int argc, char** argv) {
   if (!health) return runtime::report(program, health.error());
   auto roster = runtime::Roster::create(**bus, clock, notifier);
   if (!roster) return runtime::report(program, roster.error());
-  auto service = scheduler::SchedulerService::create(
-      std::move(*endpoints), std::move(*health), std::move(*roster), std::move(*folder), common.rig, clock);
+  auto lease_bus = runtime::open_bus(common, program + " lease");
+  if (!lease_bus) return runtime::report(program, lease_bus.error());
+  auto lease = scheduler::LeaseSender::create(std::move(*lease_bus), clock);
+  if (!lease) return runtime::report(program, lease.error());
+  auto service =
+      scheduler::SchedulerService::create(std::move(*endpoints), std::move(*health), std::move(*roster),
+                                          std::move(*folder), std::move(*lease), common.rig, clock);
   if (!service) return runtime::report(program, service.error());
 
   while (true) {

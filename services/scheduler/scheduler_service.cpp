@@ -14,6 +14,7 @@ namespace tonus::scheduler {
 namespace {
 
 constexpr std::chrono::milliseconds kOfferAgain{50};
+constexpr std::chrono::milliseconds kSignOfLife{500};
 constexpr const char* kPlanNotSeen = "archive: to say whether it has room for the plan";
 
 }  // namespace
@@ -57,11 +58,12 @@ Result<SchedulerEndpoints> SchedulerEndpoints::create(bus::Bus& bus,
 
 Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
     SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
-    SessionFolder folder, const std::string& rig, const Clock& clock) {
+    SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock) {
   auto lasting = folder.reopen();
   if (!lasting) return lasting.error();
-  std::unique_ptr<SchedulerService> service(new SchedulerService(
-      std::move(endpoints), std::move(health), std::move(roster), std::move(folder), rig, clock));
+  std::unique_ptr<SchedulerService> service(new SchedulerService(std::move(endpoints), std::move(health),
+                                                                 std::move(roster), std::move(folder),
+                                                                 std::move(lease), rig, clock));
   if (!*lasting) return service;
   Journal::Opened& opened = **lasting;
   auto effects = service->machine_.restore(opened.records);
@@ -77,12 +79,14 @@ Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
 }
 
 SchedulerService::SchedulerService(SchedulerEndpoints endpoints, runtime::HealthReporter health,
-                                   runtime::Roster roster, SessionFolder folder, const std::string& rig,
+                                   runtime::Roster roster, SessionFolder folder,
+                                   std::unique_ptr<LeaseSender> lease, const std::string& rig,
                                    const Clock& clock)
     : endpoints_(std::move(endpoints)),
       health_(std::move(health)),
       roster_(std::move(roster)),
       folder_(std::move(folder)),
+      lease_(std::move(lease)),
       rig_id_(id_of("rig/" + rig)),
       clock_(clock),
       machine_(clock, runtime::kVersion) {}
@@ -94,11 +98,12 @@ Result<Clock::TimePoint> SchedulerService::step() {
   if (const auto due = machine_.next_deadline(); due && clock_.now() >= *due) {
     if (auto good = perform(machine_.on_tick()); !good) return good.error();
   }
+  lease_->set(machine_.lease());
   report_health();
   Clock::TimePoint next = health_.publish_if_due();
   if (const auto due = machine_.next_deadline()) next = std::min(next, *due);
   if (!outbox_.empty()) next = std::min(next, clock_.now() + kOfferAgain);
-  return next;
+  return std::min(next, clock_.now() + kSignOfLife);
 }
 
 Result<void> SchedulerService::take_all() {
@@ -132,6 +137,7 @@ Result<void> SchedulerService::take_all() {
 }
 
 std::string SchedulerService::missing_services() {
+  if (const std::string doubled = health_.other(); !doubled.empty()) return doubled;
   auto missing = roster_.missing({v1::ROLE_RIG, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE});
   if (!is_plan_new_) return missing;
   // The archive says whether it has room in its first report after the plan; one that refuses, in a later

@@ -11,6 +11,7 @@
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
 #include "services/runtime/health.hpp"
+#include "services/scheduler/lease_sender.hpp"
 #include "services/scheduler/session_folder.hpp"
 #include "services/scheduler/session_machine.hpp"
 
@@ -53,7 +54,7 @@ class SchedulerService {
   /// ended, if there is one; the errors of SessionFolder::reopen and SessionMachine::restore.
   [[nodiscard]] static Result<std::unique_ptr<SchedulerService>> create(
       SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
-      SessionFolder folder, const std::string& rig, const Clock& clock);
+      SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock);
 
   /// Handles all there is; returns when to call again at the latest. The error is that of the journal:
   /// without it nothing more may be commanded, and the program has to end.
@@ -61,7 +62,8 @@ class SchedulerService {
 
  private:
   SchedulerService(SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
-                   SessionFolder folder, const std::string& rig, const Clock& clock);
+                   SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig,
+                   const Clock& clock);
   [[nodiscard]] Result<void> take_all();
   [[nodiscard]] std::string missing_services();
   [[nodiscard]] Result<void> take_command(const v1::SessionCommand& command);
@@ -76,6 +78,7 @@ class SchedulerService {
   runtime::HealthReporter health_;
   runtime::Roster roster_;
   SessionFolder folder_;
+  std::unique_ptr<LeaseSender> lease_;
   const Id rig_id_;
   const Clock& clock_;
   SessionMachine machine_;

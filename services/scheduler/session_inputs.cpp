@@ -22,9 +22,10 @@ Result<Effects> SessionMachine::restore(const std::vector<Record>& records) {
     return finish();
   }
   answer_pending(v1::SESSION_RESUME, false, "the scheduler was restarted; ask again");
+  withdraw("the scheduler was restarted");
   if (ledger_.state().in_flight) {
     flight_id_ = trial_id(ledger_.state().started.session_id, ledger_.state().attempts);
-    repeat_in_flight();
+    resend_at_ = clock_.now();  // once the rig is armed; what became of it the rig tells by itself
   }
   advance();
   return finish();
@@ -75,6 +76,7 @@ Effects SessionMachine::on_estimate(const v1::Estimate& estimate) {
 }
 
 Effects SessionMachine::on_rig_description(const v1::RigDescription& description) {
+  resumes_unattended_ = description.resumes_unattended() && description.moves_nothing_real();
   auto facts = protocol::facts_of(description);
   facts_.reset();
   if (facts) {
@@ -87,18 +89,7 @@ Effects SessionMachine::on_rig_description(const v1::RigDescription& description
 }
 
 Effects SessionMachine::on_rig_state(const v1::RigState& state) {
-  const bool is_same_start = rig_state_ && rig_state_->epoch() == state.epoch();
-  if (is_same_start && state.rig_clock_ns() < cleared_at_rig_ns_)
-    return finish();  // from before the fault was cleared
-  const bool has_restarted = rig_state_ && !is_same_start;
-  if (has_restarted) cleared_at_rig_ns_ = 0;
-  rig_state_ = state;
-  if (state.mode() == v1::RIG_HELD) {
-    fault_ = state.fault().empty() ? "not named" : state.fault();
-  } else if (!is_active()) {
-    fault_.clear();  // nobody has to acknowledge what came and went before the session
-  }
-  if (has_restarted && is_active() && ledger_.state().in_flight && !outcome_) repeat_in_flight();
+  note_rig_mode(state);
   advance();
   return finish();
 }
@@ -112,18 +103,16 @@ Effects SessionMachine::on_roster(const std::string& missing) {
 }
 
 Effects SessionMachine::on_tick() {
-  if (clear_until_ && clock_.now() >= *clear_until_) {
-    clear_until_.reset();
-    answer_pending(v1::SESSION_RESUME, false, "the rig has not answered the request to clear its fault");
-  }
   advance();
   return finish();
 }
 
 std::optional<Clock::TimePoint> SessionMachine::next_deadline() const {
-  std::optional<Clock::TimePoint> next = clear_until_;
+  std::optional<Clock::TimePoint> next;
   const auto consider = [&next](Clock::TimePoint time) { next = next ? std::min(*next, time) : time; };
   if (!is_active()) return next;
+  if (!is_armed() && arm_again_at_) consider(*arm_again_at_);
+  if (is_armed() && moves_at_ > clock_.now()) consider(moves_at_);
   if (abort_at_) consider(*abort_at_);
   if (ledger_.state().in_flight && !ledger_.state().is_abort_wanted) consider(resend_at_);
   if (refusals_ > 0 && refusals_ < patience_.refusals && retry_at_ > clock_.now()) consider(retry_at_);

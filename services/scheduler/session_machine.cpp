@@ -55,8 +55,7 @@ void SessionMachine::settle_in_flight() {
     return decide(record::Refused{program.attempt(), refusal_});
   }
   if (outcome_->end() != v1::TRIAL_COMPLETED) {
-    if (outcome_->end() == v1::TRIAL_FAULTED)
-      fault_ = outcome_->detail().empty() ? "not named" : outcome_->detail();
+    if (outcome_->end() == v1::TRIAL_FAULTED) withdraw(outcome_->detail());
     const bool is_aborted = outcome_->end() == v1::TRIAL_ABORTED;
     reject(fmt::format("{}: {}", v1::end_name(outcome_->end()), outcome_->detail()), true);
     if (is_aborted) decide(record::Requested{kNoId, v1::SESSION_PAUSE});
@@ -97,6 +96,14 @@ void SessionMachine::reject(const std::string& reason, bool can_repeat) {
 }
 
 void SessionMachine::watch_in_flight() {
+  const bool is_to_be_sent = !outcome_ && clock_.now() >= resend_at_ && !runs_on_rig();
+  if (!outcome_ && !runs_on_rig() && (!is_armed() || (is_to_be_sent && clock_.now() < moves_at_)))
+    hold_ = hold_for_rig();
+  if (!is_active()) return;
+  if (hold_) {
+    phase_ = ledger_.state().is_pause_wanted ? v1::SESSION_PAUSING : hold_->phase;
+    return;
+  }
   if (clock_.now() >= resend_at_) {
     if (!runs_on_rig()) ++resends_;
     repeat_in_flight();
@@ -147,9 +154,11 @@ SessionMachine::Hold SessionMachine::service_hold(const std::string& what) const
 
 std::optional<SessionMachine::Hold> SessionMachine::hold_for_rig() {
   const LedgerState& s = ledger_.state();
-  if (!fault_.empty()) {
+  if (is_held()) {
     return Hold{v1::SESSION_WAITING,
-                fmt::format("operator: the rig has a fault ({}); resume clears it", fault_), Asks::kFault};
+                fmt::format("operator: the rig is held ({}); when it is safe, clear it, then resume",
+                            rig_state_->held_because()),
+                Asks::kNobody};
   }
   if (!roster_missing_.empty()) return service_hold(roster_missing_);
   if (!facts_) return service_hold(facts_problem_);
@@ -174,7 +183,7 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_rig() {
     return Hold{v1::SESSION_WAITING, fmt::format("rig: refused a trial ({}), which is tried again", refusal_),
                 Asks::kNobody};
   }
-  return std::nullopt;
+  return hold_for_arming();
 }
 
 std::optional<SessionMachine::Hold> SessionMachine::hold_for_block() {
@@ -282,7 +291,8 @@ void SessionMachine::send_in_flight() {
 }
 
 void SessionMachine::repeat_in_flight() {
-  if (!ledger_.state().is_abort_wanted) send_in_flight();
+  // To a rig that is not armed nothing is commanded; one that knows the outcome only tells it anew.
+  if (!ledger_.state().is_abort_wanted && (is_armed() || outcome_)) send_in_flight();
 }
 
 double SessionMachine::outcome_duration() const {
@@ -298,6 +308,16 @@ void SessionMachine::end(v1::SessionPhase phase, const std::string& message) {
   phase_ = phase;
   hold_.reset();
   message_ = message;
+  if (is_armed()) {
+    v1::RigCommand disarm;
+    disarm.rig_id(rig_state_->rig_id());
+    disarm.request_id(random_id());
+    disarm.request(v1::RIG_DISARM);
+    disarm.session_id(ledger_.state().started.session_id);
+    disarm.requested_by("scheduler");
+    effects_.messages.emplace_back(std::move(disarm));
+    armed_epoch_.reset();
+  }
   decide(record::Ended{phase, message});
   abort_at_.reset();
   complete_until_.reset();

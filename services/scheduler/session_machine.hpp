@@ -41,8 +41,10 @@ struct Effects {
 struct Patience {
   std::chrono::milliseconds answer{
       2000};  ///< Beyond a trial's expected duration before its command is repeated.
-  std::chrono::milliseconds refusal{500};       ///< Before a refused trial is tried again.
-  std::chrono::milliseconds rig_reply{3000};    ///< For a fault to be cleared.
+  std::chrono::milliseconds refusal{500};     ///< Before a refused trial is tried again.
+  std::chrono::milliseconds rig_reply{1000};  ///< For the rig to be armed, before it is asked again.
+  std::chrono::milliseconds stillness{
+      1050};  ///< After the arming; the rig itself refuses in the first second.
   std::chrono::milliseconds abort_repeat{500};  ///< Between two requests to the rig to abort.
   std::chrono::milliseconds estimate{10000};    ///< For set one's stiffness from all of its trials.
   std::chrono::milliseconds receipt{30000};     ///< At the end, for the receipts of rejected trials.
@@ -64,6 +66,11 @@ struct Patience {
 ///
 /// WAITING is left by itself when what is missing comes back, or, where it is for the operator, by
 /// SESSION_RESUME.
+///
+/// The rig runs a session's trials only while it is armed for it. It is armed after an operator's START or
+/// RESUME, never by itself: a restart of the rig agent or of this program, a hold of the rig and a rig that
+/// has disarmed itself each need a RESUME first, and a hold an operator's clear before that. A rig that moves
+/// nothing real may state that it goes on unattended.
 class SessionMachine {
  public:
   SessionMachine(const Clock& clock, std::string software_version, Patience patience = {});
@@ -92,10 +99,21 @@ class SessionMachine {
   /// As last published; of the last session once it has ended.
   [[nodiscard]] const v1::SessionState& state() const { return published_; }
   [[nodiscard]] const Ledger& ledger() const { return ledger_; }
+  /// What the rig is to be told while it is armed for the session, without a number; none: it is not.
+  [[nodiscard]] std::optional<v1::RigLease> lease() const;
 
  private:
   /// What an operator's RESUME acknowledges.
-  enum class Asks : std::uint8_t { kNobody, kLimit, kPosture, kAxes, kAxesMissing, kFault, kRefusal, kStuck };
+  enum class Asks : std::uint8_t {
+    kNobody,
+    kLimit,
+    kPosture,
+    kAxes,
+    kAxesMissing,
+    kArming,
+    kRefusal,
+    kStuck
+  };
   /// Why no trial is commanded now.
   struct Hold {
     v1::SessionPhase phase = v1::SESSION_WAITING;
@@ -110,6 +128,7 @@ class SessionMachine {
   void watch_in_flight();
   [[nodiscard]] std::optional<Hold> find_hold();
   [[nodiscard]] std::optional<Hold> hold_for_rig();
+  [[nodiscard]] std::optional<Hold> hold_for_arming();
   [[nodiscard]] std::optional<Hold> hold_for_block();
   [[nodiscard]] std::optional<Hold> hold_for_axes(const protocol::Block& block);
   [[nodiscard]] Hold service_hold(const std::string& what) const;
@@ -131,7 +150,15 @@ class SessionMachine {
   void resume(const v1::SessionCommand& command);
   void abort(const v1::SessionCommand& command);
   void acknowledge(const v1::SessionCommand& command);
-  void clear_fault(const v1::SessionCommand& command);
+
+  // session_arming.cpp: the rig's arming
+  void authorise();
+  void withdraw(const std::string& why);
+  void request_arming();
+  void note_arming(const v1::RigReply& reply);
+  void note_rig_mode(const v1::RigState& state);
+  [[nodiscard]] bool is_armed() const { return armed_epoch_.has_value(); }
+  [[nodiscard]] bool is_held() const { return rig_state_ && rig_state_->mode() == v1::RIG_HELD; }
   void answer(const Id& request_id, bool is_done, const std::string& message);
   void answer_pending(v1::SessionRequest request, bool is_done, const std::string& message);
   void reply(const Id& session_id, const Id& request_id, bool is_done, const std::string& message);
@@ -161,6 +188,7 @@ class SessionMachine {
   std::optional<protocol::RigFacts> facts_;
   std::string facts_problem_ = "rig: has not described itself";
   std::optional<v1::RigState> rig_state_;
+  bool resumes_unattended_ = false;  // the rig, which moves nothing real then
   std::string roster_missing_ = "services: nothing is known yet";
 
   // Of the session, lost with the process and found again.
@@ -184,11 +212,16 @@ class SessionMachine {
   int refusals_ = 0;
   std::string refusal_;
   Clock::TimePoint retry_at_;
-  std::string fault_;                   // empty: none to be acknowledged
-  std::int64_t cleared_at_rig_ns_ = 0;  // rig's clock: states before it are stale
-  Id clear_id_ = kNoId;
-  std::optional<Clock::TimePoint> clear_until_;  // a request to clear the fault runs
-  std::optional<Clock::TimePoint> abort_at_;     // next repeat
+
+  bool may_arm_ = false;   // an operator has said go since whatever withdrew it
+  std::string withdrawn_;  // why not, for the operator
+  std::optional<std::uint64_t> armed_epoch_;
+  std::int64_t armed_at_rig_ns_ = 0;  // rig's clock: states of no later time say nothing of the arming
+  Id arm_id_ = kNoId;
+  std::optional<Clock::TimePoint> arm_again_at_;  // a request runs, or was refused
+  std::string arm_refusal_;
+  Clock::TimePoint moves_at_;
+  std::optional<Clock::TimePoint> abort_at_;  // next repeat
   int abort_repeats_ = 0;
   std::optional<Clock::TimePoint> complete_until_;
 };

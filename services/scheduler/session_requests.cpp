@@ -90,6 +90,7 @@ void SessionMachine::start(const v1::SessionCommand& command) {
   decide(record::Started{command.session_id(), command.request_id(), command.protocol_toml(),
                          command.subject(), command.seed(), iso8601(clock_.utc_ns()), software_version_});
   begin_session();
+  authorise();
   answer(command.request_id(), true,
          fmt::format("{} trials planned, about {:.1f} min", ledger_.state().plan.trials.size(),
                      ledger_.state().expected_remaining / 60.0));
@@ -108,8 +109,10 @@ void SessionMachine::resume(const v1::SessionCommand& command) {
   const LedgerState& s = ledger_.state();
   if (s.is_abort_wanted) return answer(command.request_id(), false, "the session is being aborted");
   if (s.is_pause_wanted) {
+    if (is_held()) return answer(command.request_id(), false, where_it_stands());
     answer_pending(v1::SESSION_PAUSE, false, "resumed before the session was paused");
     decide(record::Requested{command.request_id(), v1::SESSION_RESUME});
+    authorise();
     advance();
     if (is_active()) answer(command.request_id(), true, where_it_stands());
     return;
@@ -125,8 +128,8 @@ void SessionMachine::acknowledge(const v1::SessionCommand& command) {
       break;
     case Asks::kAxesMissing:
       return answer(command.request_id(), false, where_it_stands());
-    case Asks::kFault:
-      return clear_fault(command);
+    case Asks::kArming:
+      break;
     case Asks::kLimit:
       decide(record::LimitRaised{static_cast<std::uint32_t>(s.block)});
       break;
@@ -144,41 +147,16 @@ void SessionMachine::acknowledge(const v1::SessionCommand& command) {
       break;
   }
   decide(record::Requested{command.request_id(), v1::SESSION_RESUME});
+  authorise();
   advance();
   if (is_active()) answer(command.request_id(), true, where_it_stands());
 }
 
-void SessionMachine::clear_fault(const v1::SessionCommand& command) {
-  if (!rig_state_ || rig_state_->mode() != v1::RIG_HELD) {  // cleared already by somebody
-    fault_.clear();
-    advance();
-    if (is_active()) answer(command.request_id(), true, where_it_stands());
-    return;
-  }
-  decide(record::Requested{command.request_id(), v1::SESSION_RESUME});  // answered after the rig's reply
-  if (clear_until_) return;
-  clear_id_ = id_of(to_hex(command.request_id()) + "/clear");
-  clear_until_ = clock_.now() + patience_.rig_reply;
-  v1::RigCommand clear;
-  clear.rig_id(rig_state_->rig_id());
-  clear.request_id(clear_id_);
-  clear.request(v1::RIG_CLEAR_FAULT);
-  clear.requested_by(command.requested_by());
-  effects_.messages.emplace_back(std::move(clear));
-}
-
 Effects SessionMachine::on_rig_reply(const v1::RigReply& rig_reply) {
   if (!is_active()) return finish();
-  if (clear_until_ && rig_reply.request_id() == clear_id_) {
-    clear_until_.reset();
-    if (rig_reply.is_done()) {
-      fault_.clear();
-      cleared_at_rig_ns_ = rig_reply.rig_clock_ns();
-      if (rig_state_) rig_state_->mode(v1::RIG_FREE);
-      advance();
-    }
-    answer_pending(v1::SESSION_RESUME, rig_reply.is_done(),
-                   rig_reply.is_done() ? where_it_stands() : "rig: " + rig_reply.message());
+  if (arm_id_ != kNoId && rig_reply.request_id() == arm_id_) {
+    note_arming(rig_reply);
+    advance();
   }
   if (ledger_.state().is_abort_wanted && rig_reply.request_id() == abort_id()) {
     end(v1::SESSION_ABORTED, "aborted by request");

@@ -174,15 +174,19 @@ void read(TomlSection s, SubjectProfile& subject) {
 
 void read(TomlSection s, control::SafetyLimits& limits) {
   s.pair("workspace_centre_m", limits.workspace_centre, -4.0, 4.0);
-  s.number("workspace_radius_m", limits.workspace_radius, 0.005, 1.0);
-  s.number("speed_m_per_s", limits.speed, 0.01, 5.0);
-  s.number("force_N", limits.force, 0.5, 500.0);
-  s.pair("torques_Nm", limits.torque, 0.01, 500.0);
-  s.number("encoder_jump_rad", limits.encoder_jump, 1e-4, 1.0);
-  s.number("command_timeout_s", limits.command_timeout, 0.0, 60.0);
+  s.number("workspace_radius_m", limits.workspace_radius, 0.005, 0.25);
+  s.number("speed_m_per_s", limits.speed, 0.01, 1.5);
+  s.number("force_N", limits.force, 0.5, 100.0);
+  s.pair("torques_Nm", limits.torque, 0.01, 60.0);
+  s.number("encoder_jump_rad", limits.encoder_jump, 1e-4, 0.1);
+  s.number("command_timeout_s", limits.command_timeout, 0.0, 5.0);
   s.count("missed_periods", limits.missed_periods, 0, 10000);
-  s.number("safe_damping_Nms_per_rad", limits.safe_damping, 0.0, 100.0);
-  s.number("safe_torque_Nm", limits.safe_torque, 0.0, 100.0);
+  s.number("missed_share", limits.missed_share, 0.0, 0.9);
+  s.number("unexplained_torque_Nm", limits.unexplained_torque, 0.0, 10.0);
+  s.number("trial_energy_J", limits.trial_energy, 0.0, 10.0);
+  s.number("watchdog_s", limits.watchdog, 0.005, 0.1);
+  s.number("safe_damping_Nms_per_rad", limits.safe_damping, 0.1, 10.0);
+  s.number("safe_torque_Nm", limits.safe_torque, 0.1, 10.0);
   s.finish();
 }
 

@@ -89,24 +89,27 @@ async function stop(page, answer) {
   await until(page, answer, (seen) => seen.startsWith("Emergency stop done"), "answer to the emergency stop");
 }
 
-/// The rig refuses to clear its fault until the handle is at rest: whoever reads that presses again.
-async function resumeOnceAtRest(page) {
+/// The rig refuses to be cleared until the handle is at rest: whoever reads that presses again.
+async function clearOnceAtRest(page) {
   const deadline = Date.now() + STEP_MS;
   for (;;) {
-    await page.locator("#resume:enabled").click();
-    const answer = await until(page, "#notice", (seen) => /^resume: (done|refused)/.test(seen), "answer to resume");
-    if (answer.startsWith("resume: done")) return;
-    expect(Date.now() < deadline, `the fault is cleared: ${answer}`);
+    await page.locator("#clear-fault:enabled").click();
+    const answer = await until(page, "#notice", (seen) => /^clear_fault: (done|refused)/.test(seen), "answer to clear");
+    if (answer.startsWith("clear_fault: done")) return;
+    expect(Date.now() < deadline, `the hold is cleared: ${answer}`);
     await page.waitForTimeout(200);
   }
 }
 
+/// Two acts: clearing frees the rig, and only resuming moves it again.
 async function goOnAfterStop(page) {
-  await until(page, "#fact-rig", (seen) => seen === "fault", "the rig's fault");
+  await until(page, "#fact-rig", (seen) => seen === "held", "the rig is held");
   await phase(page, "waiting");
-  await resumeOnceAtRest(page);
+  await clearOnceAtRest(page);
+  await until(page, "#fact-rig", (seen) => seen === "free", "the rig is free");
+  await phase(page, "waiting");
+  await page.locator("#resume:enabled").click();
   await phase(page, "running");
-  await until(page, "#fact-rig", (seen) => seen !== "fault", "the fault has been cleared");
 }
 
 async function stopAndGoOn(page) {

@@ -91,8 +91,8 @@ TEST(StudySubject, IsMeasuredSessionBySessionOnServicesThatAreUp) {
       << protocol("unloaded") << "\"\nloaded = \"" << protocol("loaded") << "\"\nseed = 7\n";
   const auto domain = std::to_string(own_domain());
   Process system(program("tonus"),
-                 {"up", "--speed", "max", "--domain", domain, "--data", folder / "data", "--profile",
-                  source_file("deploy/profiles/holding.toml").string()},
+                 {"up", "--speed", "max", "--resume-unattended", "--domain", domain, "--data",
+                  folder / "data", "--profile", source_file("deploy/profiles/holding.toml").string()},
                  folder / "up");
   ASSERT_TRUE(system.wait_for_output("ready", kLimit)) << system.output();
   Process run(program("tonus"), {"run", folder / "study.toml", "--subject", "s02", "--domain", domain},

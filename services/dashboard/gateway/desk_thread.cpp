@@ -7,8 +7,17 @@
 #include "services/runtime/drain.hpp"
 
 namespace tonus::dashboard {
+namespace {
 
-Result<std::unique_ptr<DeskThread>> DeskThread::start(bus::Bus& bus, Inbox& inbox, const Clock& clock) {
+constexpr std::size_t kMostStops = 64;
+constexpr std::chrono::seconds kStopLimit{3};
+constexpr std::chrono::seconds kStopWait{1};
+
+}  // namespace
+
+Result<std::unique_ptr<DeskThread>> DeskThread::start(bus::Bus& bus, std::unique_ptr<bus::Bus> stop_bus,
+                                                      Inbox& inbox, const Clock& clock) {
+  TONUS_TRY_ASSIGN(auto stops, runtime::RigStopSender::create(std::move(stop_bus), clock));
   auto notifier = std::make_shared<bus::Notifier>();
   auto session_commands = bus::TypedWriter<v1::SessionCommand>::create(bus, topics::kSessionCommand);
   if (!session_commands) return session_commands.error();
@@ -20,28 +29,36 @@ Result<std::unique_ptr<DeskThread>> DeskThread::start(bus::Bus& bus, Inbox& inbo
   if (!rig_replies) return rig_replies.error();
   return std::unique_ptr<DeskThread>(new DeskThread({std::move(*session_commands), std::move(*rig_commands),
                                                      std::move(*session_replies), std::move(*rig_replies)},
-                                                    std::move(notifier), inbox, clock));
+                                                    std::move(stops), std::move(notifier), inbox, clock));
 }
 
-DeskThread::DeskThread(Endpoints endpoints, std::shared_ptr<bus::Notifier> notifier, Inbox& inbox,
-                       const Clock& clock)
+DeskThread::DeskThread(Endpoints endpoints, runtime::RigStopSender stops,
+                       std::shared_ptr<bus::Notifier> notifier, Inbox& inbox, const Clock& clock)
     : endpoints_(std::move(endpoints)),
       notifier_(std::move(notifier)),
       inbox_(inbox),
       desk_({}, clock),
-      thread_([this] { run(); }) {}
+      stops_(std::move(stops)),
+      thread_([this] { run(); }),
+      stop_thread_([this] { run_stops(); }) {}
 
 DeskThread::~DeskThread() {
   is_ending_.store(true, std::memory_order_relaxed);  // the notifier's lock orders it
   notifier_->notify();
+  stop_asked_.notify();
   thread_.join();
+  stop_thread_.join();
 }
 
 void DeskThread::ask(OperatorRequest request) {
+  const auto* rig = std::get_if<v1::RigCommand>(&request.command);
+  const bool is_stop = rig != nullptr && rig->request() == v1::RIG_EMERGENCY_STOP;
   {
     const std::lock_guard lock(mutex_);
+    if (is_stop && asked_stops_.size() < kMostStops) asked_stops_.push_back(request);
     asked_.push_back(std::move(request));
   }
+  if (is_stop) stop_asked_.notify();
   notifier_->notify();
 }
 
@@ -60,6 +77,22 @@ void DeskThread::run() {
     hear(endpoints_.session_replies);
     carry_out(desk_.tick());
     (void)notifier_->wait_until(desk_.due());
+  }
+}
+
+void DeskThread::run_stops() {
+  while (!is_ending_.load(std::memory_order_relaxed)) {
+    std::vector<OperatorRequest> asked;
+    {
+      const std::lock_guard lock(mutex_);
+      asked = std::exchange(asked_stops_, {});
+    }
+    for (const OperatorRequest& request : asked) {
+      const Id rig = std::get<v1::RigCommand>(request.command).rig_id();
+      if (auto took = stops_.stop(rig, request.id, request.requested_by, kStopLimit); !took)
+        spdlog::error("stop by {}: {}", request.requested_by, took.error().message);
+    }
+    (void)stop_asked_.wait_until(std::chrono::steady_clock::now() + kStopWait);
   }
 }
 

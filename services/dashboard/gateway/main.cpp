@@ -134,7 +134,9 @@ Result<void> run(const Options& options) {
   if (!bus) return bus.error();
   auto reader = BusReader::create(**bus, hub.topics(), inbox, clock, notifier);
   if (!reader) return reader.error();
-  auto made_desk = DeskThread::start(**bus, inbox, clock);
+  auto stop_bus = runtime::open_bus(options.common, std::string(kProgram) + " stop");
+  if (!stop_bus) return stop_bus.error();
+  auto made_desk = DeskThread::start(**bus, std::move(*stop_bus), inbox, clock);
   if (!made_desk) return made_desk.error();
   desk = made_desk->get();
   auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_DASHBOARD, options.common, notifier);

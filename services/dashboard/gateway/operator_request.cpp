@@ -89,6 +89,13 @@ Result<OperatorCommand> rig_command(const json& object, v1::RigRequest request, 
   command.request_id(id);
   command.request(request);
   command.trial_id(*trial);
+  if (request == v1::RIG_CLEAR_FAULT) {
+    // Of the hold that the operator has seen: another one is not cleared by it.
+    const auto number = object.find("hold_number");
+    if (number == object.end() || !number->is_number_unsigned() || number->get<std::uint64_t>() > UINT32_MAX)
+      return wrong("\"hold_number\" must be the number of the hold that the rig's state shows");
+    command.hold_number(number->get<std::uint32_t>());
+  }
   command.requested_by(asker.name);
   return OperatorCommand(std::move(command));
 }

@@ -18,8 +18,9 @@
 ///      "protocol_toml": "...", "subject": "sub-01", "seed": 1}
 ///
 /// request: start, pause, resume, abort (of a session; session_id may be left out but with start),
-/// emergency_stop, clear_fault, abort_trial (of the rig). The answer comes on operator/reply with the same
-/// request_id. A request that is repeated with its id is done once.
+/// emergency_stop, clear_fault (with the "hold_number" of the rig's state), abort_trial (of the rig). The
+/// answer comes on operator/reply with the same request_id. A request that is repeated with its id is done
+/// once.
 namespace tonus::dashboard {
 
 using OperatorCommand = std::variant<v1::SessionCommand, v1::RigCommand>;

@@ -35,7 +35,7 @@ function freePort() {
 async function startSystem(programs, here, data, domain) {
   const listen = `127.0.0.1:${await freePort()}`;
   const system = start(`${programs}/tonus`, [
-    "up", "--dashboard", "--dashboard-listen", listen, "--domain", domain, "--data", data, "--speed", "real",
+    "up", "--dashboard", "--dashboard-listen", listen, "--domain", domain, "--data", data, "--speed", "real", "--resume-unattended",
     "--profile", `${here}/profile.toml`,
   ]);
   await new Promise((resolve, reject) => {

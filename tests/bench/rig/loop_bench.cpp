@@ -128,9 +128,9 @@ T needed(Result<T> result) {
 
 int run(const BenchOptions& options) {
   const testing::TemporaryFolder folder;
-  std::ofstream(folder / "profile.toml")
-      << fmt::format("[loop]\nrate_Hz = {:.1f}\nsample_divider = {}\n[limits]\nmissed_periods = {}\n",
-                     options.rate, options.divider, std::lround(options.patience * options.rate));
+  std::ofstream(folder / "profile.toml") << fmt::format(
+      "[loop]\nrate_Hz = {:.1f}\nsample_divider = {}\n[limits]\nmissed_periods = {}\nmissed_share = 0\n",
+      options.rate, options.divider, std::lround(options.patience * options.rate));
   rig::RigOptions rig_options;
   rig_options.profile = (folder / "profile.toml").string();
   rig_options.seed = options.seed;
@@ -151,7 +151,11 @@ int run(const BenchOptions& options) {
   auto log = needed(rig::TrialLog::open(folder / "trials.log"));
   rig::Publisher publisher({.rig = rig.names().id, .epoch = 1}, spool,
                            needed(bus->create_writer(topics::kRigSamples.spec)), clock);
-  rig::Agent agent({rig.names(), 1, true}, rig.loop(), nullptr, publisher, spool, log,
+  auto latch = needed(rig::HoldLatch::open(folder / "hold"));
+  rig::Lease lease(rig.names().id, 1);
+  rig::StopRequests stops;
+  rig::Agent agent({.names = rig.names(), .epoch = 1, .stillness = {}},
+                   {rig.loop(), rig.driver(), nullptr, publisher, spool, log, latch, lease, stops},
                    needed(rig::AgentEndpoints::create(*bus, notifier)), clock);
   agent.start(rig::describe(rig.names(), rig.driver().geometry()));
 
@@ -171,6 +175,7 @@ int run(const BenchOptions& options) {
   auto told = begun;
   if (auto sent = commands.write(trial(rig.names(), ++attempts)); !sent) return 1;
   while (clock.now() < begun + std::chrono::seconds(options.seconds)) {
+    lease.arm(id_of("bench"), clock.now());  // the scheduler is always there
     (void)notifier->wait_until(std::min(agent.step(), clock.now() + std::chrono::milliseconds(5)));
     take();
     for (const auto& outcome : runtime::drain(outcomes)) {

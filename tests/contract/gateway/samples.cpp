@@ -186,6 +186,13 @@ SampleMessage rig_stop() {
   return message(topics::kRigStop, s, {{"stop_id.0", "32"}, {"number", "3"}});
 }
 
+SampleMessage rig_stopped() {
+  v1::RigStop s;
+  s.rig_id(key(35));
+  s.stop_id(key(36));
+  return message(topics::kRigStopped, s, {{"stop_id.0", "36"}});
+}
+
 SampleMessage rig_lease() {
   v1::RigLease l;
   l.rig_id(key(33));
@@ -451,6 +458,7 @@ std::vector<SampleMessage> sample_messages() {
           clock_echo(),
           clock_offset(),
           rig_stop(),
+          rig_stopped(),
           rig_lease()};
 }
 

@@ -42,22 +42,51 @@ T needed(Result<T> result) {
 
 }  // namespace
 
-LiveSystem::LiveSystem() : notifier_(std::make_shared<bus::Notifier>()) {
+LiveSystem::LiveSystem(Unattended unattended, const std::string& dds)
+    : unattended_(unattended), dds_(dds), notifier_(std::make_shared<bus::Notifier>()) {
   // A machine that others use holds a loop up for longer than a rig's own would: that is not what is tested.
-  std::ofstream(folder_ / "profile.toml") << "[limits]\nmissed_periods = 2000\n";
-  const std::string domain = std::to_string(own_domain());
-  up_ = std::make_unique<Process>(
-      program("tonus"),
-      std::vector<std::string>{"up", "--speed", "real", "--domain", domain, "--data",
-                               (folder_ / "data").string(), "--profile", (folder_ / "profile.toml").string()},
-      folder_ / "up");
-  if (!up_->wait_for_output("ready after", kStartLimit))
-    throw std::runtime_error("the services are not ready: " + everything_printed());
+  std::ofstream(folder_ / "profile.toml")
+      << "[limits]\nmissed_periods = 2000\nmissed_share = 0\ncommand_timeout_s = 3.0\n";
+  start_services();
   runtime::CommonOptions common;
   common.domain = own_domain();
   bus_ = needed(runtime::open_bus(common, "rig-fault-test"));
   states_.emplace(needed(bus::TypedReader<v1::RigState>::create(*bus_, topics::kRigState, notifier_)));
   timings_.emplace(needed(bus::TypedReader<v1::RigTiming>::create(*bus_, topics::kRigTiming, notifier_)));
+  sessions_.emplace(
+      needed(bus::TypedReader<v1::SessionState>::create(*bus_, topics::kSessionState, notifier_)));
+}
+
+void LiveSystem::start_services() {
+  std::vector<std::string> arguments{"up",
+                                     "--speed",
+                                     "real",
+                                     "--dds",
+                                     dds_,
+                                     "--domain",
+                                     std::to_string(own_domain()),
+                                     "--data",
+                                     (folder_ / "data").string(),
+                                     "--profile",
+                                     (folder_ / "profile.toml").string()};
+  if (unattended_ == Unattended::kYes) arguments.emplace_back("--resume-unattended");
+  up_ =
+      std::make_unique<Process>(program("tonus"), arguments, folder_ / ("up" + std::to_string(++commands_)));
+  if (!up_->wait_for_output("ready after", kStartLimit))
+    throw std::runtime_error("the services are not ready: " + everything_printed());
+}
+
+void LiveSystem::restart() {
+  up_->signal(SIGTERM);
+  (void)up_->wait(kStartLimit);
+  up_.reset();
+  start_services();
+}
+
+int LiveSystem::operate(const std::string& command) {
+  Process process(program("tonus"), {command, "--domain", std::to_string(own_domain())},
+                  folder_ / ("operator" + std::to_string(++commands_)));
+  return process.wait(kStartLimit);
 }
 
 void LiveSystem::start_session(int directions) {
@@ -74,6 +103,7 @@ int LiveSystem::finish_session(std::chrono::seconds limit) { return run_->wait(l
 void LiveSystem::hear() {
   for (auto& heard : runtime::drain(*states_)) state_ = std::move(heard.value);
   for (auto& heard : runtime::drain(*timings_)) timing_ = std::move(heard.value);
+  for (auto& heard : runtime::drain(*sessions_)) session_ = std::move(heard.value);
 }
 
 bool LiveSystem::listen_until(const std::function<bool()>& is_true, std::chrono::seconds limit) {

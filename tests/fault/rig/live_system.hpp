@@ -14,6 +14,7 @@
 #include "tests/support/temporary_folder.hpp"
 
 #include <idl/rig.h>
+#include <idl/session.h>
 
 namespace tonus::testing {
 
@@ -21,8 +22,14 @@ namespace tonus::testing {
 /// the bus for what the rig says of itself.
 class LiveSystem {
  public:
+  /// With kYes the rig goes on by itself after a hold or a restart; with kNo it waits for its operator.
+  enum class Unattended { kYes, kNo };
+
   /// Starts the services and waits until they are ready; throws std::runtime_error with what they printed.
-  LiveSystem();
+  explicit LiveSystem(Unattended unattended = Unattended::kYes, const std::string& dds = "fastdds");
+
+  /// Ends all services in order and starts them anew.
+  void restart();
 
   /// Starts `tonus run` with one posture and this many directions, one perturbation each (about 4 s).
   void start_session(int directions);
@@ -37,6 +44,11 @@ class LiveSystem {
   /// True after the rig has been heard to be in one and the same trial for `samples` samples.
   [[nodiscard]] bool wait_for_mid_trial(std::uint64_t samples, std::chrono::seconds limit);
 
+  /// Runs an operator's command, "clear-fault": its exit code.
+  int operate(const std::string& command);
+  /// Phase and what is waited for, as the scheduler last said.
+  [[nodiscard]] const std::optional<v1::SessionState>& session() const { return session_; }
+
   [[nodiscard]] pid_t service(const std::string& program) const;
   /// Stops or continues everything but the rig: the services and the operator's program.
   void signal_others(int signal) const;
@@ -49,7 +61,11 @@ class LiveSystem {
 
  private:
   void hear();
+  void start_services();
 
+  const Unattended unattended_;
+  const std::string dds_;
+  int commands_ = 0;
   TemporaryFolder folder_;
   std::unique_ptr<Process> up_;
   std::unique_ptr<Process> run_;
@@ -57,6 +73,8 @@ class LiveSystem {
   std::unique_ptr<bus::Bus> bus_;
   std::optional<bus::TypedReader<v1::RigState>> states_;
   std::optional<bus::TypedReader<v1::RigTiming>> timings_;
+  std::optional<bus::TypedReader<v1::SessionState>> sessions_;
+  std::optional<v1::SessionState> session_;
   std::optional<v1::RigState> state_;
   std::optional<v1::RigTiming> timing_;
 };

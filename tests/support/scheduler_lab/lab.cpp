@@ -69,8 +69,18 @@ void Lab::restart_machine() {
 }
 
 void Lab::connect() {
-  take(machine_->on_rig_description(description_of_rig()));
+  v1::RigDescription description = description_of_rig();
+  description.moves_nothing_real(true);
+  description.resumes_unattended(!is_attended);
+  take(machine_->on_rig_description(description));
   take(machine_->on_roster(""));
+  if (!has_rig_state) {
+    v1::RigState state;
+    state.rig_id(description_of_rig().rig_id());
+    state.epoch(1);
+    state.mode(v1::RIG_FREE);
+    take(machine_->on_rig_state(state));
+  }
 }
 
 void Lab::take(Effects effects) {
@@ -83,6 +93,10 @@ void Lab::take(Effects effects) {
   if (!effects.records.empty()) frames.push_back(effects.records);
   records.insert(records.end(), effects.records.begin(), effects.records.end());
   for (const Message& message : effects.messages) receive(message);
+  if (armed_.empty()) return;
+  const v1::RigReply reply = armed_.front();
+  armed_.pop_front();
+  take(machine_->on_rig_reply(reply));
 }
 
 void Lab::take_records_only(const Effects& effects) {
@@ -100,13 +114,15 @@ void Lab::receive(const Message& message) {
     if (!is_mute) run_trial(*m);
   }
   if (const auto* m = std::get_if<v1::RigCommand>(&message)) {
-    rig_commands.push_back(*m);
-    if (!rig_answers_aborts) return;
+    const bool is_arming = m->request() == v1::RIG_ARM || m->request() == v1::RIG_DISARM;
+    (is_arming ? armings : rig_commands).push_back(*m);
+    if (!rig_answers_aborts && !is_arming) return;
     v1::RigReply reply;
     reply.rig_id(m->rig_id());
     reply.request_id(m->request_id());
     reply.is_done(true);
     reply.rig_clock_ns(1000);
+    if (is_arming) return armed_.push_back(reply);  // told at once: arming is no step of the tests' scripts
     post([reply](SessionMachine& machine) { return machine.on_rig_reply(reply); });
   }
 }
@@ -223,6 +239,7 @@ void Lab::give_rig_state(v1::RigMode mode, std::uint64_t epoch, std::int64_t clo
   state.mode(mode);
   state.rig_clock_ns(clock_ns);
   state.fault(fault);
+  state.held_because(fault);
   take(machine_->on_rig_state(state));
 }
 

@@ -90,7 +90,10 @@ class Lab {
   std::vector<v1::RigCommand> rig_commands;
   std::map<Id, int> runs;  ///< How often the rig ran each trial id.
   bool rig_answers_aborts = true;
-  bool is_mute = false;  ///< The peers do not answer.
+  bool has_rig_state = false;           ///< True: connect() leaves it to the test.
+  bool is_attended = false;             ///< True: the rig waits for its operator after a restart or a hold.
+  std::vector<v1::RigCommand> armings;  ///< To arm and disarm; the others are rig_commands.
+  bool is_mute = false;                 ///< The peers do not answer.
   /// Asked before the effects are taken; true loses this process (see take()).
   std::function<bool(const Effects&)> kills;
   bool was_killed = false;
@@ -110,6 +113,7 @@ class Lab {
   ManualClock clock_;
   std::unique_ptr<SessionMachine> machine_ = std::make_unique<SessionMachine>(clock_, "test");
   std::deque<std::function<Effects(SessionMachine&)>> inputs_;
+  std::deque<v1::RigReply> armed_;
   std::map<Id, Published> published_;
 };
 

@@ -75,7 +75,7 @@ async function ask(name: string, fields: Record<string, unknown> = {}): Promise<
 
 pause.addEventListener("click", () => void ask("pause"));
 resume.addEventListener("click", () => void ask("resume"));
-clearFault.addEventListener("click", () => void ask("clear_fault"));
+clearFault.addEventListener("click", () => void ask("clear_fault", { hold_number: rig.value?.hold_number ?? 0 }));
 let abortArmedAt = -Infinity;
 abort.addEventListener("click", () => {
   if (performance.now() - abortArmedAt < ABORT_AGAIN_MS) {
@@ -114,7 +114,10 @@ connection.subscribe<{ program: TrialProgram }>("trial/command", ({ value }) => 
   trials.command(value.program);
   trace.setTrial(value.program);
 });
-connection.subscribe<RigDescription>("rig/description", ({ value }) => trace.setRig(value));
+connection.subscribe<RigDescription>("rig/description", ({ value }) => {
+  trace.setRig(value);
+  trials.setRig(value);
+});
 connection.subscribe<RigState>("rig/state", (arrival) => rig.set(arrival));
 connection.subscribe<GatewayStatus>("gateway/status", (arrival) => gateway.set(arrival));
 connection.subscribe<SampleBlock>("rig/samples", (arrival) => {

@@ -1,6 +1,7 @@
 // The trials of the session on display: the current one, and the verdicts on earlier ones.
 
 import {
+  type RigDescription,
   RigMode,
   type RigState,
   type SessionState,
@@ -20,6 +21,7 @@ export class Trials {
   #outcomes = new Map<string, TrialOutcome>();
   #verdicts = new Map<string, TrialVerdict>();
   #program?: TrialProgram;
+  #rig?: RigDescription;
   #session = "";
   #isChanged = true;
 
@@ -28,6 +30,10 @@ export class Trials {
     const head = ["Trial", "Posture", "Verdict", "Reason"].map((name) => el("th", { scope: "col" }, name));
     const table = el("table", {}, el("thead", {}, el("tr", {}, ...head)), this.#body);
     this.verdicts = panel("Verdicts", "verdict-panel", el("div", { class: "scroll", tabindex: 0 }, table));
+  }
+
+  setRig(description: RigDescription): void {
+    this.#rig = description;
   }
 
   showSession(session: string): void {
@@ -65,7 +71,7 @@ export class Trials {
     facts(this.#facts, [
       ...(attempt > 0 ? [["Attempt", String(attempt)] as Fact] : []),
       ...(program ? programFacts(program) : attempt > 0 ? [["At", session?.posture ?? "–"] as Fact] : []),
-      ...(rig ? rigFacts(rig, phase) : []),
+      ...(rig ? rigFacts(rig, phase, this.#rig) : []),
       ...(thinned > 0 ? [["Thinned", `${thinned} live messages left out for slow pages`, "warn"] as Fact] : []),
     ]);
   }
@@ -95,13 +101,18 @@ function programFacts(program: TrialProgram): Fact[] {
   ];
 }
 
-function rigFacts(rig: RigState, phase: number | undefined): Fact[] {
+function rigFacts(rig: RigState, phase: number | undefined, description: RigDescription | undefined): Fact[] {
   return [
     ["Rig", nameOf(modeNames, rig.mode), rig.mode === RigMode.RIG_HELD ? "bad" : undefined],
     ...(phase !== undefined ? [["Phase", nameOf(trialPhaseNames, phase)] as Fact] : []),
     ["Samples", `${rig.next_sequence}, ${rig.received_through} of them archived`],
     ["Overruns", String(rig.overruns), rig.overruns > 0n ? "warn" : undefined],
+    ...(rig.held_because ? [["Held", rig.held_because, "bad"] as Fact] : []),
     ...(rig.fault ? [["Fault", rig.fault, "bad"] as Fact] : []),
+    ...(description?.resumes_unattended
+      ? [["Unattended", "goes on by itself after a fault; moves nothing real", "warn"] as Fact]
+      : []),
+    ...(description?.limits_off.length ? [["Limits off", description.limits_off.join(", "), "bad"] as Fact] : []),
   ];
 }
 

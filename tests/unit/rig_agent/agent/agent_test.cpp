@@ -1,118 +1,10 @@
-#include "rig_agent/agent/agent.hpp"
-
 #include <csignal>
-#include <gtest/gtest.h>
 #include <sys/resource.h>
 
-#include "idl/topics.hpp"
-#include "rig_agent/agent/rig.hpp"
-#include "services/bus/memory/memory_fabric.hpp"
-#include "services/runtime/drain.hpp"
-#include "tests/support/temporary_folder.hpp"
+#include "tests/unit/rig_agent/agent/agent_fixture.hpp"
 
 namespace tonus::rig {
 namespace {
-
-const Id kSession = id_of("session");
-
-/// A rig agent with the simulated driver at full speed, and the other services' ends of an in-memory bus.
-class AgentTest : public ::testing::Test {
- protected:
-  void SetUp() override {
-    bus::BusOptions options;
-    options.vendor = bus::Vendor::kMemory;
-    options.fabric = std::make_shared<bus::MemoryFabric>();
-    bus_ = std::move(*bus::create_bus(options));
-    samples_.emplace(*bus::TypedReader<v1::SampleBlock>::create(*bus_, topics::kRigSamples, nullptr));
-    outcomes_.emplace(*bus::TypedReader<v1::TrialOutcome>::create(*bus_, topics::kTrialOutcome, nullptr));
-    commands_.emplace(*bus::TypedWriter<v1::TrialCommand>::create(*bus_, topics::kTrialCommand));
-    rig_commands_.emplace(*bus::TypedWriter<v1::RigCommand>::create(*bus_, topics::kRigCommand));
-    rig_replies_.emplace(*bus::TypedReader<v1::RigReply>::create(*bus_, topics::kRigReply, nullptr));
-    resends_.emplace(*bus::TypedWriter<v1::ArchiveResend>::create(*bus_, topics::kArchiveResend));
-    start_agent(1000);
-  }
-
-  void start_agent(std::uint64_t epoch, bool is_paced = false) {
-    stop_agent();
-    RigOptions rig_options;
-    rig_options.speed = is_paced ? "real" : "max";
-    rig_options.seed = 1;
-    auto rig = Rig::create(rig_options, "rig");
-    ASSERT_TRUE(rig) << rig.error().message;
-    rig_.emplace(std::move(*rig));
-    spool_.emplace(*Spool::open({.folder = folder_ / "spool", .max_bytes = spool_bytes_}));
-    log_.emplace(*TrialLog::open(folder_ / "trials.log"));
-    Publisher::Options publishing{.rig = rig_->names().id, .epoch = epoch};
-    publisher_.emplace(publishing, *spool_, std::move(*bus_->create_writer(topics::kRigSamples.spec)),
-                       clock_);
-    agent_.emplace(AgentOptions{rig_->names(), epoch, is_paced}, rig_->loop(), nullptr, *publisher_, *spool_,
-                   *log_, std::move(*AgentEndpoints::create(*bus_, nullptr)), clock_);
-    agent_->start(describe(rig_->names(), rig_->driver().geometry()));
-  }
-
-  void stop_agent() {
-    agent_.reset();
-    publisher_.reset();
-    log_.reset();
-    spool_.reset();
-    rig_.reset();
-  }
-
-  v1::TrialCommand command(std::uint32_t attempt) const {
-    v1::TrialCommand c;
-    c.trial_id(trial_id(kSession, attempt));
-    auto& p = c.program();
-    p.session_id(kSession);
-    p.rig_id(rig_->names().id);
-    p.attempt(attempt);
-    p.posture("reference");
-    p.posture_m({0.0, 0.38});
-    const Eigen::Vector2d origin = rig_->names().home - Eigen::Vector2d(0.0, 0.38);
-    p.shoulder_origin_m({origin.x(), origin.y()});
-    p.direction_deg(45.0);
-    p.amplitude_m(0.005);
-    p.rise_time_s(0.2);
-    p.hold_s(1.5);
-    p.wait_s(3.0);
-    p.bias_ramp_s(2.0);
-    p.bias_hold_s(1.0);
-    p.bias_threshold_N(0.1);
-    p.recording_index(-1);
-    p.recording_event(-1);
-    return c;
-  }
-
-  /// Steps the agent until a trial's outcome comes; fails after far more steps than a trial takes.
-  std::optional<v1::TrialOutcome> run_to_outcome() {
-    for (int i = 0; i < 1000; ++i) {
-      agent_->step();
-      collect_blocks();
-      for (auto& received : runtime::drain(*outcomes_)) return received.value;
-    }
-    return std::nullopt;
-  }
-
-  void collect_blocks() {
-    for (auto& received : runtime::drain(*samples_)) blocks_.push_back(std::move(received.value));
-  }
-
-  testing::TemporaryFolder folder_;
-  std::uint64_t spool_bytes_ = 4ULL << 30;
-  SystemClock clock_;
-  std::unique_ptr<bus::Bus> bus_;
-  std::optional<bus::TypedReader<v1::SampleBlock>> samples_;
-  std::optional<bus::TypedReader<v1::TrialOutcome>> outcomes_;
-  std::optional<bus::TypedReader<v1::RigReply>> rig_replies_;
-  std::optional<bus::TypedWriter<v1::TrialCommand>> commands_;
-  std::optional<bus::TypedWriter<v1::RigCommand>> rig_commands_;
-  std::optional<bus::TypedWriter<v1::ArchiveResend>> resends_;
-  std::optional<Rig> rig_;
-  std::optional<Spool> spool_;
-  std::optional<TrialLog> log_;
-  std::optional<Publisher> publisher_;
-  std::optional<Agent> agent_;
-  std::vector<v1::SampleBlock> blocks_;
-};
 
 TEST_F(AgentTest, RunsATrialAndPublishesEverySampleOfItBeforeTheOutcome) {
   ASSERT_TRUE(commands_->write(command(1)));
@@ -173,7 +65,7 @@ TEST_F(AgentTest, AnswersARefusedTrialAlikeWhenItsCommandIsRepeated) {
   ASSERT_TRUE(first && second);
   EXPECT_EQ(second->end(), v1::TRIAL_REFUSED);
   EXPECT_EQ(second->detail(), first->detail());
-  start_agent(2000);
+  start_armed(2000);
   const auto after_restart = run_to_outcome();
   ASSERT_TRUE(after_restart);
   EXPECT_EQ(after_restart->end(), v1::TRIAL_REFUSED);
@@ -203,7 +95,7 @@ TEST_F(AgentTest, SendsSpooledSamplesAgainWhenAsked) {
 TEST_F(AgentTest, ReportsATrialThatItsDeathBrokeOffAndKeepsItsSamples) {
   ASSERT_TRUE(commands_->write(command(1)));
   agent_->step();  // two seconds into the trial
-  start_agent(2000);
+  start_armed(2000);
   const auto outcome = run_to_outcome();
   ASSERT_TRUE(outcome);
   EXPECT_EQ(outcome->end(), v1::TRIAL_BROKEN_OFF);
@@ -234,7 +126,7 @@ TEST_F(AgentTest, RefusesATrialWhileTheSpoolIsFullAlsoWhenNobodyReads) {
   ASSERT_TRUE(run_to_outcome());
   samples_.reset();
   spool_bytes_ = 1000;
-  start_agent(2000);
+  start_armed(2000);
   (void)runtime::drain(*outcomes_);
   ASSERT_TRUE(commands_->write(command(2)));
   for (int i = 0; i < 10; ++i) agent_->step();
@@ -257,15 +149,15 @@ TEST_F(AgentTest, RunsATrialThatNobodyReadsWhileTheSpoolKeepsItsSamples) {
 }
 
 TEST_F(AgentTest, RefusesATrialWhoseStartTheLoopCannotTakeAndAnswersEveryRequestOfAFlood) {
-  start_agent(1000, true);
+  start_armed(1000, true);
   constexpr int kFlood = 200;
   std::size_t answers = 0;
   for (int i = 0; i < kFlood; ++i) {
-    v1::RigCommand clear;
-    clear.rig_id(rig_->names().id);
-    clear.request_id(random_id());
-    clear.request(v1::RIG_CLEAR_FAULT);
-    ASSERT_TRUE(rig_commands_->write(clear));
+    v1::RigCommand abort;
+    abort.rig_id(rig_->names().id);
+    abort.request_id(random_id());
+    abort.request(v1::RIG_ABORT_TRIAL);
+    ASSERT_TRUE(rig_commands_->write(abort));
   }
   ASSERT_TRUE(commands_->write(command(1)));
   agent_->step();  // the loop stands still: its queue fills up
@@ -328,12 +220,12 @@ TEST_F(AgentTest, BeginsNoTrialWhileItsLogCannotBeWrittenAndGoesOnWhenItCan) {
   const auto outcome = run_to_outcome();
   ASSERT_TRUE(outcome);
   EXPECT_EQ(outcome->end(), v1::TRIAL_COMPLETED) << outcome->detail();
-  start_agent(2000);
+  start_armed(2000);
   ASSERT_NE(log_->find(trial_id(kSession, 1)), nullptr) << "what happened meanwhile is in the log";
 }
 
 TEST_F(AgentTest, StopsThePacedLoopWithinTwoCyclesOfTheTopicsEmergencyStop) {
-  start_agent(1000, true);
+  start_armed(1000, true);
   std::int64_t now = 0;
   const auto cycle = [&] { rig_->loop().step(now += 1'000'000); };
   ASSERT_TRUE(commands_->write(command(1)));

@@ -25,7 +25,7 @@ TEST(Validation, AcceptsTheDefaults) {
 TEST(Validation, NamesFieldValueAndWhatIsAllowed) {
   SafetyLimits limits;
   limits.force = 1000.0;
-  EXPECT_EQ(validate(limits).error().message, "limits: force_N is 1000, allowed is 0.5 to 500");
+  EXPECT_EQ(validate(limits).error().message, "limits: force_N is 1000, allowed is 0.5 to 100");
   LoopConfig config;
   config.rate = 8000.0;
   EXPECT_EQ(validate(config).error().message, "loop: rate_Hz is 8000, allowed is 50 to 4000");

@@ -111,7 +111,15 @@ int comedi_data_write(comedi_t*, unsigned subdevice, unsigned channel, unsigned,
 }
 
 int comedi_dio_config(comedi_t*, unsigned subdevice, unsigned channel, unsigned direction) {
-  return subdevice == kLines && channel < 8 && direction == COMEDI_INPUT ? 0 : failed(3);
+  return subdevice == kLines && channel < 8 && (direction == COMEDI_INPUT || direction == COMEDI_OUTPUT)
+             ? 0
+             : failed(3);
+}
+
+int comedi_dio_write(comedi_t*, unsigned subdevice, unsigned channel, unsigned bit) {
+  if (!card().is_connected || subdevice != kLines || channel >= 8) return failed(3);
+  card().line[channel] = bit;
+  return 1;
 }
 
 int comedi_dio_read(comedi_t*, unsigned subdevice, unsigned channel, unsigned* bit) {

@@ -141,7 +141,8 @@ class SchedulerServiceTest : public ::testing::Test {
         std::move(*SchedulerEndpoints::create(bus, notifier_)),
         std::move(*runtime::HealthReporter::create(bus, clock_, v1::ROLE_SCHEDULER, options)),
         std::move(*runtime::Roster::create(bus, clock_, notifier_)),
-        std::move(*SessionFolder::open(folder_, "contract")), "test", clock_);
+        std::move(*SessionFolder::open(folder_, "contract")),
+        std::move(*LeaseSender::create(open_bus(), clock_)), "test", clock_);
     EXPECT_TRUE(service.has_value()) << (service ? "" : service.error().message);
     return std::move(*service);
   }

@@ -142,8 +142,10 @@ TEST(Session, GivesATrialInRealTimeTheTimeThatItTakes) {
   state.is_realtime_paced(true);
   state.mode(v1::RIG_FREE);
   lab.take(lab.machine().on_rig_state(state));
+  lab.has_rig_state = true;
   lab.command(v1::SESSION_START, "start", small_protocol());
   lab.connect();
+  lab.tick(Patience{}.stillness);
   const double expected = protocol::expected_duration(lab.trial_commands[0].program());
   lab.tick(std::chrono::milliseconds(static_cast<int>(1000.0 * (1.25 * expected + 1.9))));
   EXPECT_EQ(lab.trial_commands.size(), 1u);
@@ -157,6 +159,7 @@ TEST(Session, DoesNotCallATrialStuckThatTheRigIsRunning) {
   lab.command(v1::SESSION_START, "start", small_protocol());
   lab.connect();
   v1::RigState state;
+  state.epoch(1);
   state.mode(v1::RIG_IN_TRIAL);
   state.trial_id(trial_id(Lab::kSession, 1));
   lab.take(lab.machine().on_rig_state(state));

@@ -124,6 +124,7 @@ TEST(Session, NamesWhatTheRosterMissesAndGoesOnWhenItIsBack) {
   Lab lab;
   lab.command(v1::SESSION_START, "start", small_protocol());
   lab.take(lab.machine().on_rig_description(testing::description_of_rig()));
+  lab.give_rig_state(v1::RIG_FREE);
   lab.take(lab.machine().on_roster("archive is not there"));
   EXPECT_EQ(lab.phase(), v1::SESSION_PREPARING);
   EXPECT_EQ(lab.machine().state().waiting_for(), "archive is not there");

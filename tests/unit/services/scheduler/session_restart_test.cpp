@@ -198,6 +198,8 @@ TEST(Restart, SendsTheSameCommandAgain) {
   lab.command(v1::SESSION_START, "start", small_protocol());
   lab.connect();
   lab.restart_machine();
+  EXPECT_EQ(lab.trial_commands.size(), 1u) << "not before the rig is armed anew";
+  lab.connect();
   ASSERT_EQ(lab.trial_commands.size(), 2u);
   EXPECT_EQ(lab.trial_commands[1], lab.trial_commands[0]);
 }

@@ -1,0 +1,205 @@
+#include "tests/fault/driver/fault_campaign.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <memory>
+#include <numbers>
+#include <optional>
+#include <random>
+#include <stdexcept>
+
+#include "rig_agent/control/rig_loop.hpp"
+#include "rig_agent/control/validation.hpp"
+#include "services/simulation/profile.hpp"
+
+namespace tonus::testing {
+namespace {
+
+using control::Phase;
+
+constexpr int kCyclesAfter = 3000;     // watched after the fault began
+constexpr int kCyclesDetected = 1500;  // watched after it was found
+constexpr int kLongestTrial = 30000;
+
+constexpr Phase kPhases[] = {Phase::kCentring, Phase::kWaiting,    Phase::kBiasRamp,
+                             Phase::kBiasHold, Phase::kPerturbing, Phase::kReturning};
+
+void scale(simulation::JointImpedance& joints, double factor) {
+  joints.shoulder *= factor;
+  joints.elbow *= factor;
+  joints.two_joint *= factor;
+}
+
+class Bench {
+ public:
+  explicit Bench(std::uint64_t seed) : random_(seed) {
+    profile_.seed = seed;
+    const double firmness = uniform(0.5, 1.3);
+    scale(profile_.subject.stiffness, firmness);
+    scale(profile_.subject.damping, std::sqrt(firmness));
+    profile_.subject.tremor.is_on = integer(0, 1) == 1;
+    profile_.subject.drift.is_on = integer(0, 1) == 1;
+    driver_ = std::make_unique<FaultyDriver>(profile_, seed);
+    const control::LoopConfig config = simulation::loop_config(profile_);
+    limits_ = config.limits;
+    if (!driver_->configure(1.0 / config.rate) || !driver_->activate())
+      throw std::runtime_error("the simulated rig does not start");
+    auto loop = control::RigLoop::create(*driver_, config);
+    if (!loop) throw std::runtime_error(loop.error().message);
+    loop_ = std::move(*loop);
+    start();
+  }
+
+  double uniform(double low, double high) { return std::uniform_real_distribution<>(low, high)(random_); }
+  int integer(int low, int high) { return std::uniform_int_distribution<>(low, high)(random_); }
+
+  void step() {
+    loop_->keep_alive();
+    const unsigned missed = driver_->missed_periods();
+    loop_->step(now_ns_ += 1'000'000 * static_cast<std::int64_t>(1 + missed), missed);
+    control::SampleRecord sample;
+    while (loop_->next_sample(sample)) continue;
+    control::CommandReply reply;
+    while (loop_->next_reply(reply)) continue;
+  }
+  [[nodiscard]] bool is_over() {
+    control::TrialResult result;
+    return loop_->next_result(result);
+  }
+
+  [[nodiscard]] control::LoopState state() const { return loop_->state(); }
+  [[nodiscard]] FaultyDriver& driver() { return *driver_; }
+  [[nodiscard]] const control::SafetyLimits& limits() const { return limits_; }
+
+  [[nodiscard]] double way_beyond() const {
+    return (driver_->plant().handle() - limits_.workspace_centre).norm() - limits_.workspace_radius;
+  }
+  [[nodiscard]] double force_share() const { return driver_->plant().flexure_force().norm() / limits_.force; }
+  /// Torque that is more than what the safe state may give: it drives, or is larger than its limit.
+  [[nodiscard]] bool is_driven() const {
+    const Eigen::Vector2d& torque = driver_->torque();
+    if (torque.isZero(0.0)) return false;
+    const bool drives =
+        torque.dot(driver_->plant().state().q_rate) > 0.01;  // W; a lag of the rates by a cycle
+    return drives || torque.cwiseAbs().maxCoeff() > limits_.safe_torque + 1e-9;
+  }
+
+ private:
+  void start() {
+    static const Eigen::Vector2d kPostures[] = {
+        {0.0, 0.38}, {0.0, 0.52}, {0.0, 0.24}, {0.295, 0.38}, {-0.295, 0.38}};
+    control::Command command;
+    command.kind = control::CommandKind::kStartTrial;
+    auto& p = command.program;
+    p.number = 1;
+    p.posture = kPostures[integer(0, 4)];
+    // The target is up to 1.5 cm from where the handle stands: the centring has a way to go.
+    const double where = uniform(0.0, 2.0 * std::numbers::pi);
+    const Eigen::Vector2d target =
+        profile_.manipulandum.home + uniform(0.0, 0.015) * Eigen::Vector2d(std::cos(where), std::sin(where));
+    p.shoulder = control::shoulder_for(target, p.posture);
+    p.wait = uniform(0.3, 0.8);
+    p.direction = uniform(0.0, 2.0 * std::numbers::pi);
+    p.amplitude = uniform(0.004, 0.008);
+    p.rise_time = uniform(0.2, 0.3);
+    p.hold = 1.0;
+    if (integer(0, 1) == 1) {
+      const double angle = uniform(0.0, 2.0 * std::numbers::pi);
+      p.bias = uniform(1.0, 4.0) * Eigen::Vector2d(std::cos(angle), std::sin(angle));
+      p.bias_ramp = 0.5;
+      p.bias_hold = 0.3;
+      p.bias_threshold = 1.0;
+    }
+    has_bias = !p.bias.isZero(0.0);
+    if (!loop_->post(command)) throw std::runtime_error("the loop takes no command");
+  }
+
+ public:
+  bool has_bias = false;
+
+ private:
+  std::mt19937_64 random_;
+  simulation::Profile profile_;
+  control::SafetyLimits limits_;
+  std::unique_ptr<FaultyDriver> driver_;
+  std::unique_ptr<control::RigLoop> loop_;
+  std::int64_t now_ns_ = 0;
+};
+
+/// Steps until the phase, and some way into it; false where the trial has none such.
+bool go_to(Bench& bench, Phase phase) {
+  for (int i = 0; i < kLongestTrial && bench.state().phase != phase; ++i) {
+    bench.step();
+    if (bench.state().faults != 0)
+      throw std::runtime_error("a fault before the fault: " + names_of(bench.state().faults));
+    if (bench.is_over()) return false;
+  }
+  const int longest = phase == Phase::kPerturbing ? 300 : 200;
+  for (int i = bench.integer(0, longest); i > 0 && bench.state().phase == phase; --i) bench.step();
+  return true;
+}
+
+void watch(Bench& bench, FaultCase& seen) {
+  int detected_at = -1;
+  for (int cycle = 1; cycle <= kCyclesAfter; ++cycle) {
+    bench.step();
+    seen.way_beyond = std::max(seen.way_beyond, bench.way_beyond());
+    seen.force_share = std::max(seen.force_share, bench.force_share());
+    if (detected_at < 0 && bench.state().faults != 0) {
+      detected_at = cycle;
+      seen.found = bench.state().faults;
+      seen.cycles_to_detection = cycle;
+    }
+    if (detected_at >= 0 && bench.is_driven()) seen.cycles_under_torque = cycle - detected_at;
+    if (detected_at >= 0 && cycle - detected_at >= kCyclesDetected) break;
+    if (detected_at < 0 && bench.is_over()) break;
+  }
+  seen.was_harmless = detected_at < 0 && seen.way_beyond <= 0.0 && seen.force_share <= 1.0;
+}
+
+}  // namespace
+
+namespace {
+
+/// None: the trial that was drawn ends before its fault could begin.
+std::optional<FaultCase> try_fault_case(std::uint64_t seed, std::uint64_t draw) {
+  Bench bench(seed + 1'000'003 * draw);
+  FaultCase seen;
+  seen.fault = static_cast<DeviceFault>(seed % kDeviceFaults);
+  const auto axis = static_cast<std::size_t>(bench.integer(0, 1));
+  const double size = bench.uniform(0.1, 1.0);
+  Phase phase = kPhases[bench.integer(0, 5)];
+  if (!bench.has_bias && (phase == Phase::kBiasRamp || phase == Phase::kBiasHold)) phase = Phase::kPerturbing;
+  if (!go_to(bench, phase)) return std::nullopt;
+  seen.phase = phase;
+  seen.way_beyond = bench.way_beyond();
+  bench.driver().begin(seen.fault, axis, size);
+  watch(bench, seen);
+  return seen;
+}
+
+}  // namespace
+
+FaultCase run_fault_case(std::uint64_t seed) {
+  for (std::uint64_t draw = 0; draw < 100; ++draw) {
+    if (const auto seen = try_fault_case(seed, draw)) return *seen;
+  }
+  throw std::runtime_error("no trial lasts until its fault");
+}
+
+control::FaultBits run_healthy_case(std::uint64_t seed) {
+  Bench bench(seed);
+  for (int i = 0; i < kLongestTrial && !bench.is_over(); ++i) bench.step();
+  return bench.state().faults;
+}
+
+std::string names_of(control::FaultBits faults) {
+  std::string text;
+  for (const auto fault : control::kAllFaults) {
+    if ((faults & control::bit(fault)) != 0)
+      text += (text.empty() ? "" : ", ") + std::string(control::fault_name(fault));
+  }
+  return text;
+}
+
+}  // namespace tonus::testing

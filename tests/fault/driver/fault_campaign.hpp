@@ -1,0 +1,34 @@
+#pragma once
+
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "rig_agent/control/fault.hpp"
+#include "rig_agent/control/sample_record.hpp"
+#include "tests/fault/driver/faulty_driver.hpp"
+
+namespace tonus::testing {
+
+/// One faulty device in one trial, drawn from a seed: which fault, axis, size and phase, where the arm is and
+/// how it is perturbed; and what became of the hand, as the plant knows it.
+struct FaultCase {
+  DeviceFault fault = DeviceFault::kReadingFrozen;
+  control::Phase phase = control::Phase::kIdle;  ///< In which it began.
+  control::FaultBits found = 0;                  ///< What the loop named; 0: nothing.
+  int cycles_to_detection = -1;                  ///< -1: not detected.
+  double way_beyond = 0.0;                       ///< m beyond the workspace; negative: within.
+  double force_share = 0.0;                      ///< Largest force on the hand over the limit.
+  int cycles_under_torque = 0;                   ///< From detection to the last torque that drove the hand.
+  bool was_harmless = false;                     ///< Not found, and the trial went on within all limits.
+};
+
+[[nodiscard]] FaultCase run_fault_case(std::uint64_t seed);
+
+/// Trials without any fault, drawn likewise; what the loop found all the same: 0 is right.
+[[nodiscard]] control::FaultBits run_healthy_case(std::uint64_t seed);
+
+/// "force_reversed, force".
+[[nodiscard]] std::string names_of(control::FaultBits faults);
+
+}  // namespace tonus::testing

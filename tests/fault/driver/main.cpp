@@ -1,0 +1,94 @@
+// device_fault_campaign: faulty devices against a simulated hand, and what the loop made of them.
+
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <map>
+#include <set>
+#include <vector>
+
+#include "tests/fault/driver/fault_campaign.hpp"
+
+namespace tonus::testing {
+namespace {
+
+struct Row {
+  int cases = 0;
+  int found = 0;
+  int harmless = 0;
+  std::vector<int> detection;  // ms
+  double way_beyond = -1.0;
+  double force_share = 0.0;
+  int under_torque = 0;
+  std::set<std::string> names;
+};
+
+void print(DeviceFault fault, const Row& row) {
+  auto sorted = row.detection;
+  std::sort(sorted.begin(), sorted.end());
+  const int median = sorted.empty() ? -1 : sorted[sorted.size() / 2];
+  const int worst = sorted.empty() ? -1 : sorted.back();
+  std::string names;
+  for (const auto& name : row.names) names += (names.empty() ? "" : "; ") + name;
+  std::printf("| %s | %d | %d | %d | %d / %d | %+.1f | %.2f | %d | %s |\n", name_of(fault), row.cases,
+              row.found, row.harmless, median, worst, 1000.0 * row.way_beyond, row.force_share,
+              row.under_torque, names.c_str());
+}
+
+}  // namespace
+}  // namespace tonus::testing
+
+int main(int argc, char** argv) {
+  using namespace tonus::testing;
+  CLI::App app("Faulty devices against a simulated hand: what the loop finds, and what the hand feels.");
+  int cases = 500;
+  std::uint64_t seed = 1;
+  bool is_verbose = false;
+  app.add_option("--cases", cases, "faults to draw")->capture_default_str();
+  app.add_option("--seed", seed, "of the first one")->capture_default_str();
+  app.add_flag("--verbose", is_verbose, "a line for each case");
+  CLI11_PARSE(app, argc, argv);
+
+  std::map<DeviceFault, Row> rows;
+  int false_alarms = 0;
+  int bad = 0;
+  for (int i = 0; i < cases; ++i) {
+    const FaultCase seen = run_fault_case(seed + static_cast<std::uint64_t>(i));
+    Row& row = rows[seen.fault];
+    ++row.cases;
+    row.found += seen.found != 0 ? 1 : 0;
+    row.harmless += seen.was_harmless ? 1 : 0;
+    if (seen.found != 0) {
+      row.detection.push_back(seen.cycles_to_detection);
+      row.names.insert(names_of(seen.found));
+    }
+    row.way_beyond = std::max(row.way_beyond, seen.way_beyond);
+    row.force_share = std::max(row.force_share, seen.force_share);
+    row.under_torque = std::max(row.under_torque, seen.cycles_under_torque);
+    const bool is_bad = (seen.found == 0 && !seen.was_harmless) || seen.way_beyond > 0.005 ||
+                        seen.force_share > 1.1 || seen.cycles_under_torque > 2;
+    bad += is_bad ? 1 : 0;
+    if (is_verbose || is_bad) {
+      std::printf("%s seed %lu, %s, phase %s: found %s after %d ms, %+.1f mm, force %.2f, under torque %d\n",
+                  is_bad ? "BAD" : "ok", seed + static_cast<std::uint64_t>(i), name_of(seen.fault),
+                  tonus::control::phase_name(seen.phase), names_of(seen.found).c_str(),
+                  seen.cycles_to_detection, 1000.0 * seen.way_beyond, seen.force_share,
+                  seen.cycles_under_torque);
+    }
+    if (i % 5 == 0) {
+      const auto found = run_healthy_case(seed + static_cast<std::uint64_t>(i));
+      if (found != 0) {
+        ++false_alarms;
+        std::printf("FALSE ALARM seed %lu: %s\n", seed + static_cast<std::uint64_t>(i),
+                    names_of(found).c_str());
+      }
+    }
+  }
+  std::printf(
+      "| fault | cases | found | harmless | found after, ms: median / worst | beyond the workspace, mm | "
+      "force / limit | driven after, cycles | named |\n|---|---|---|---|---|---|---|---|---|\n");
+  for (const auto& [fault, row] : rows) print(fault, row);
+  std::printf("%d cases, %d bad; %d healthy trials, %d false alarms\n", cases, bad, (cases + 4) / 5,
+              false_alarms);
+  return bad == 0 && false_alarms == 0 ? 0 : 1;
+}
