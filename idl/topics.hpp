@@ -1,6 +1,9 @@
 #pragma once
 
 #include <array>
+#include <span>
+#include <string>
+#include <tuple>
 
 #include "idl/bounds.hpp"
 #include "services/bus/bus.hpp"
@@ -109,17 +112,34 @@ inline constexpr Topic<v1::ClockEcho> kClockEcho{{"clock/echo", "tonus::v1::Cloc
 inline constexpr Topic<v1::ClockOffset> kClockOffset{
     {"clock/offset", "tonus::v1::ClockOffset", qos::kLatest, 4096}};
 
+/// Every topic with its type.
+inline constexpr std::tuple kTyped{
+    kRigDescription,       kRigState,          kRigSamples,     kRigTiming,     kRigFlightRecord,
+    kRigCommand,           kRigReply,          kTrialCommand,   kTrialOutcome,  kTrialVerdict,
+    kEstimateLive,         kEstimateCondition, kSessionPlan,    kSessionState,  kSessionCommand,
+    kSessionReply,         kSessionCue,        kArchiveReceipt, kArchiveResend, kServiceHealth,
+    kServiceConfiguration, kClockProbe,        kClockEcho,      kClockOffset,   kRigStop,
+    kRigStopped,           kRigLease};
+
 /// Every topic, for programs that carry bytes without reading them.
-inline constexpr std::array kAll{
-    kRigDescription.spec, kRigState.spec,        kRigSamples.spec,
-    kRigTiming.spec,      kRigFlightRecord.spec, kRigCommand.spec,
-    kRigReply.spec,       kTrialCommand.spec,    kTrialOutcome.spec,
-    kTrialVerdict.spec,   kEstimateLive.spec,    kEstimateCondition.spec,
-    kSessionPlan.spec,    kSessionState.spec,    kSessionCommand.spec,
-    kSessionReply.spec,   kSessionCue.spec,      kArchiveReceipt.spec,
-    kArchiveResend.spec,  kServiceHealth.spec,   kServiceConfiguration.spec,
-    kClockProbe.spec,     kClockEcho.spec,       kClockOffset.spec,
-    kRigStop.spec,        kRigStopped.spec,      kRigLease.spec,
-};
+inline constexpr std::array kAll =
+    std::apply([](const auto&... topic) { return std::array{topic.spec...}; }, kTyped);
+
+/// Calls `visit` with the value that the payload holds. kInvalidArgument, and no call, unless it is exactly
+/// one value of the topic's type within its bounds.
+template <typename Visit>
+[[nodiscard]] Result<void> decode_any(const bus::TopicSpec& topic, std::span<const std::byte> payload,
+                                      const Visit& visit) {
+  Result<void> outcome = fail(ErrorCode::kInvalidArgument,
+                              "topic '" + std::string(topic.name) + "' is not in the table of topics");
+  const auto decode_as = [&]<typename T>(const Topic<T>& known) {
+    if (known.spec.name != topic.name) return;
+    const auto value = bus::decode<T>(payload);
+    outcome = value ? Result<void>() : Result<void>(value.error());
+    if (value) visit(*value);
+  };
+  std::apply([&decode_as](const auto&... known) { (decode_as(known), ...); }, kTyped);
+  return outcome;
+}
 
 }  // namespace tonus::topics
