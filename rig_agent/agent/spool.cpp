@@ -5,7 +5,10 @@
 #include <cstring>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <utility>
+
+#include "services/core/folder.hpp"
 
 namespace tonus::rig {
 namespace {
@@ -30,16 +33,19 @@ std::uint64_t last_of(std::uint64_t first, std::uint64_t count) { return first +
 
 }  // namespace
 
+Spool::Spool(SpoolOptions options) : options_(std::move(options)) {
+  // A small spool must have room to free: some files of which all but the newest can go, before it is full.
+  options_.retained_bytes = std::min(options_.retained_bytes, options_.max_bytes / 2);
+  options_.segment_bytes = std::min(options_.segment_bytes, options_.max_bytes / 8);
+}
+
 Result<Spool> Spool::open(const SpoolOptions& options) {
   std::error_code error;
   std::filesystem::create_directories(options.folder, error);
-  std::vector<std::filesystem::path> paths;
-  for (const auto& entry : std::filesystem::directory_iterator(options.folder, error)) {
-    if (epoch_of(entry.path())) paths.push_back(entry.path());
-  }
   if (error)
     return fail(ErrorCode::kIo, fmt::format("spool {}: {}", options.folder.string(), error.message()));
-  std::sort(paths.begin(), paths.end());  // the names are zero-padded: oldest first
+  TONUS_TRY_ASSIGN(auto paths, list_folder(options.folder));  // the names are zero-padded: oldest first
+  std::erase_if(paths, [](const auto& path) { return !epoch_of(path); });
 
   Spool spool(options);
   for (const auto& path : paths) {
@@ -51,6 +57,7 @@ Result<Spool> Spool::open(const SpoolOptions& options) {
       blocks.push_back({prefix.first_sequence, static_cast<std::uint32_t>(prefix.count), offset});
     });
     if (!file) return file.error();
+    if (const std::string lost = file->damage_text(); !lost.empty()) spdlog::error("spool: {}", lost);
     spool.bytes_ += file->size();
     spool.segments_.push_back({*epoch_of(path), std::move(*file), std::move(blocks)});
   }

@@ -17,9 +17,9 @@ namespace tonus::rig {
 struct SpoolOptions {
   std::filesystem::path folder;
   std::uint64_t max_bytes = 4ULL << 30;  ///< Beyond this no new trial is begun.
-  std::uint64_t retained_bytes = 1ULL
-                                 << 30;  ///< Received samples are kept while the spool is smaller than this.
-  std::uint64_t segment_bytes = 16ULL << 20;  ///< Size at which a new file is begun.
+  /// Received samples are kept while the spool is smaller than this, at most half of max_bytes.
+  std::uint64_t retained_bytes = 1ULL << 30;
+  std::uint64_t segment_bytes = 16ULL << 20;  ///< Size at which a new file is begun, at most max_bytes / 8.
 };
 
 /// Where a run of samples is kept.
@@ -77,7 +77,7 @@ class Spool {
     std::vector<Block> blocks;  // in order of first_sequence
   };
 
-  explicit Spool(SpoolOptions options) : options_(std::move(options)) {}
+  explicit Spool(SpoolOptions options);
   [[nodiscard]] Result<void> begin_segment(std::uint64_t epoch, std::uint64_t first_sequence);
   [[nodiscard]] bool is_received(const Segment& segment) const;
   void forget_received();

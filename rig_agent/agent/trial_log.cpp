@@ -1,6 +1,7 @@
 #include "rig_agent/agent/trial_log.hpp"
 
 #include <cstring>
+#include <spdlog/spdlog.h>
 #include <utility>
 
 #include "idl/bounds.hpp"
@@ -38,6 +39,14 @@ Result<TrialLog> TrialLog::open(const std::filesystem::path& path) {
     records.emplace_back(content.begin(), content.end());
   });
   if (!file) return file.error();
+  if (const std::string lost = file->damage_text(); !lost.empty()) {
+    // The log is written anew below: what is damaged stays beside it for whoever can read it.
+    auto kept = path;
+    kept += ".damaged";
+    std::error_code ignored;
+    std::filesystem::copy_file(path, kept, std::filesystem::copy_options::overwrite_existing, ignored);
+    spdlog::error("trial log: {}; the file is kept as {}", lost, kept.string());
+  }
   TrialLog log(std::move(*file));
   for (const auto& record : records) log.restore(record);
   if (auto rewritten = log.rewrite(); !rewritten) return rewritten.error();

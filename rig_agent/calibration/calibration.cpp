@@ -6,7 +6,9 @@
 #include <spdlog/fmt/fmt.h>
 #include <sstream>
 
+#include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
+#include "services/core/toml_depth.hpp"
 
 namespace tonus::calibration {
 namespace {
@@ -55,8 +57,8 @@ std::optional<LoadReading> load_of(const toml::node& node) {
 KnownForce LoadReading::known_force() const { return {Eigen::Rotation2Dd(-sensor_angle) * -load, volts}; }
 
 Result<Calibration> Calibration::load(const std::filesystem::path& file, const std::string& driver) {
-  std::error_code error;
-  if (!std::filesystem::exists(file, error)) return Calibration(driver);
+  TONUS_TRY_ASSIGN(const bool is_there, is_present(file));
+  if (!is_there) return Calibration(driver);
   auto text = read_text_file(file);
   if (!text) return text.error();
   return parse(*text, file.string(), driver);
@@ -64,6 +66,7 @@ Result<Calibration> Calibration::load(const std::filesystem::path& file, const s
 
 Result<Calibration> Calibration::parse(std::string_view text, const std::string& source,
                                        const std::string& driver) {
+  TONUS_TRY(check_toml_depth(text, source));
   Calibration calibration(driver);
   try {
     calibration.document_ = toml::parse(text, source);

@@ -7,6 +7,7 @@
 #include <toml++/toml.h>
 
 #include "services/core/text_file.hpp"
+#include "services/core/toml_depth.hpp"
 
 namespace tonus::drivers {
 namespace {
@@ -170,6 +171,7 @@ void read(Section comedi, ComediConfig& config) {
 }  // namespace
 
 Result<ComediConfig> parse_comedi_config(std::string_view text, const std::string& source) {
+  TONUS_TRY(check_toml_depth(text, source));
   ComediConfig config;
   std::string problem;
   try {

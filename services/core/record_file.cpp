@@ -1,5 +1,6 @@
 #include "services/core/record_file.hpp"
 
+#include <algorithm>
 #include <cerrno>
 #include <cstdio>
 #include <cstring>
@@ -58,6 +59,34 @@ bool read_record(int descriptor, std::uint64_t offset, std::vector<std::byte>& c
          checksum(content) == header.crc;
 }
 
+Header header_at(std::span<const std::byte> bytes) {
+  Header header{};
+  std::memcpy(&header, bytes.data(), sizeof header);
+  return header;
+}
+
+bool starts_with_record(std::span<const std::byte> bytes) {
+  if (bytes.size() < sizeof(Header)) return false;
+  const Header header = header_at(bytes);
+  if (header.length > RecordFile::kMaxRecord || header.length > bytes.size() - sizeof header) return false;
+  return checksum(bytes.subspan(sizeof header, header.length)) == header.crc;
+}
+
+/// Bytes up to the next good record, or all of them.
+std::size_t bytes_before_record(std::span<const std::byte> bytes) {
+  std::size_t count = 1;
+  while (count < bytes.size() && !starts_with_record(bytes.subspan(count))) ++count;
+  return count;
+}
+
+/// Whether bytes that no record follows are what an interrupted write leaves.
+bool is_torn(std::span<const std::byte> bytes) {
+  if (bytes.size() < sizeof(Header)) return true;
+  if (std::all_of(bytes.begin(), bytes.end(), [](std::byte b) { return b == std::byte{0}; })) return true;
+  const Header header = header_at(bytes);
+  return header.length <= RecordFile::kMaxRecord && header.length > bytes.size() - sizeof header;
+}
+
 }  // namespace
 
 Result<RecordFile> RecordFile::open(const std::filesystem::path& path, const Visitor& visit) {
@@ -68,9 +97,19 @@ Result<RecordFile> RecordFile::open(const std::filesystem::path& path, const Vis
   const auto length = static_cast<std::uint64_t>(status.st_size);
 
   std::vector<std::byte> content;
-  while (file.size_ < length && read_record(file.descriptor_.get(), file.size_, content)) {
-    if (visit) visit(file.size_, content);
-    file.size_ += sizeof(Header) + content.size();
+  while (file.size_ < length) {
+    if (read_record(file.descriptor_.get(), file.size_, content)) {
+      if (visit) visit(file.size_, content);
+      file.size_ += sizeof(Header) + content.size();
+      continue;
+    }
+    std::vector<std::byte> rest(length - file.size_);
+    if (!read_exactly(file.descriptor_.get(), rest.data(), rest.size(), file.size_))
+      return file.system_error("cannot be read");
+    const std::size_t bad = bytes_before_record(rest);
+    if (bad == rest.size() && is_torn(rest)) break;
+    file.damage_.push_back({file.size_, bad});
+    file.size_ += bad;
   }
   file.torn_bytes_ = length - file.size_;
   if (file.torn_bytes_ > 0 && ftruncate(file.descriptor_.get(), static_cast<off_t>(file.size_)) != 0) {
@@ -104,6 +143,15 @@ Result<std::vector<std::byte>> RecordFile::read(std::uint64_t offset) const {
                 fmt::format("{}: the record at byte {} is damaged", path_.string(), offset));
   }
   return content;
+}
+
+std::string RecordFile::damage_text() const {
+  if (damage_.empty()) return {};
+  std::uint64_t bytes = 0;
+  for (const DamagedBytes& run : damage_) bytes += run.count;
+  return fmt::format(
+      "{}: {} bytes in {} place{} are damaged, the first at byte {}: the records there are lost",
+      path_.string(), bytes, damage_.size(), damage_.size() == 1 ? "" : "s", damage_.front().offset);
 }
 
 Result<void> RecordFile::rename_to(const std::filesystem::path& path) {

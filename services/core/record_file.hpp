@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <span>
+#include <string>
 #include <utility>
 #include <vector>
 
@@ -13,17 +14,26 @@
 
 namespace tonus {
 
-/// A file of records that only grows: each is a length, a CRC-32C of length and content, and the content. A
-/// program killed in the middle of a write leaves a torn last record; open() cuts it off. Written records
-/// survive the program's death at once, and the machine's after sync().
+/// A file of records that only grows: each is a length, a CRC-32C of length and content, and the content.
+/// Written records survive the program's death at once, and the machine's after sync().
+///
+/// A program killed in the middle of a write leaves a torn end: a last record that is shorter than its length
+/// says, or zeros. open() cuts it off. Anything else that is no good record is damage (a flipped bit, an
+/// overwritten page): it stays where it is, what it held is lost, and reading resumes at the next good
+/// record, wherever that begins. Damage can name a length of its own, so that it is searched byte by byte.
 class RecordFile {
  public:
   static constexpr std::size_t kMaxRecord = 1U << 20;
 
+  struct DamagedBytes {
+    std::uint64_t offset;
+    std::uint64_t count;
+  };
+
   /// Called for each good record: where it starts in the file and its content.
   using Visitor = std::function<void(std::uint64_t offset, std::span<const std::byte> content)>;
 
-  /// Opens or makes the file, visits its good records, cuts whatever follows them and stands ready to append.
+  /// Opens or makes the file, visits its good records, cuts a torn end and stands ready to append.
   /// kIo names the file and the operating system's reason.
   [[nodiscard]] static Result<RecordFile> open(const std::filesystem::path& path, const Visitor& visit);
 
@@ -42,6 +52,12 @@ class RecordFile {
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
   [[nodiscard]] std::uint64_t torn_bytes() const { return torn_bytes_; }  ///< Cut off by open().
+
+  /// Runs of bytes that were no records when the file was opened, in order; they are still there.
+  [[nodiscard]] const std::vector<DamagedBytes>& damage() const { return damage_; }
+
+  /// What was lost, a line for a person and the log; empty: nothing.
+  [[nodiscard]] std::string damage_text() const;
   [[nodiscard]] const std::filesystem::path& path() const { return path_; }
 
  private:
@@ -53,6 +69,7 @@ class RecordFile {
   FileDescriptor descriptor_;
   std::uint64_t size_ = 0;
   std::uint64_t torn_bytes_ = 0;
+  std::vector<DamagedBytes> damage_;
 };
 
 }  // namespace tonus

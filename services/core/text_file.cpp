@@ -29,13 +29,15 @@ bool create_durably(const std::filesystem::path& path, std::string_view text) {
 
 Error file_error(const std::filesystem::path& path, std::string_view what) {
   const int reason = errno;
-  const bool is_absent = reason == ENOENT || reason == ENOTDIR;
+  struct stat info {};
+  const bool says_absent = reason == ENOENT || reason == ENOTDIR;
+  const bool is_absent = says_absent && ::lstat(path.c_str(), &info) != 0;  // else a link to nothing
   return fail(is_absent ? ErrorCode::kNotFound : ErrorCode::kIo,
               fmt::format("{}: {}: {}", path.string(), what, std::strerror(reason)));
 }
 
 Result<RegularFile> open_for_reading(const std::filesystem::path& path) {
-  FileDescriptor descriptor(::open(path.c_str(), O_RDONLY | O_CLOEXEC));
+  FileDescriptor descriptor(::open(path.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
   struct stat info {};
   if (!descriptor.is_open() || ::fstat(descriptor.get(), &info) != 0)
     return file_error(path, "cannot be read");
@@ -44,12 +46,18 @@ Result<RegularFile> open_for_reading(const std::filesystem::path& path) {
   return RegularFile{std::move(descriptor), static_cast<std::size_t>(info.st_size)};
 }
 
-Result<std::string> read_text_file(const std::filesystem::path& path) {
+Result<std::string> read_text_file(const std::filesystem::path& path, std::size_t most) {
   const auto file = open_for_reading(path);
   if (!file) return file.error();
+  const auto too_large = [&](std::size_t size) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("{}: {} bytes are not allowed; expected at most {}", path.string(), size, most));
+  };
+  if (file->size > most) return too_large(file->size);
   std::string text(file->size + 1, '\0');  // one more: the end is seen without another buffer
   std::size_t filled = 0;
   while (true) {
+    if (filled > most) return too_large(filled);
     if (filled == text.size()) text.resize(2 * text.size());  // it grew meanwhile
     const ssize_t count = ::read(file->descriptor.get(), text.data() + filled, text.size() - filled);
     if (count < 0 && errno == EINTR) continue;

@@ -1,8 +1,9 @@
 #include "services/protocol/protocol_file.hpp"
 
-#include <fstream>
 #include <spdlog/fmt/fmt.h>
-#include <sstream>
+
+#include "services/core/folder.hpp"
+#include "services/core/text_file.hpp"
 
 namespace tonus::protocol {
 namespace {
@@ -24,16 +25,11 @@ Result<void> check_part(const Protocol& study, std::size_t subject, const std::s
 }  // namespace
 
 Result<Protocol> load_protocol(const std::filesystem::path& file) {
-  std::error_code error;
-  if (!std::filesystem::is_regular_file(file, error)) {
-    return fail(ErrorCode::kNotFound, fmt::format("{}: no such protocol file", file.string()));
-  }
-  std::ifstream in(file, std::ios::binary);
-  std::ostringstream text;
-  text << in.rdbuf();
-  if (!in) return fail(ErrorCode::kIo, fmt::format("{}: cannot be read", file.string()));
+  TONUS_TRY_ASSIGN(const bool is_there, is_present(file));
+  if (!is_there) return fail(ErrorCode::kNotFound, fmt::format("{}: no such protocol file", file.string()));
+  TONUS_TRY_ASSIGN(const auto text, read_text_file(file));
 
-  auto protocol = parse_protocol(text.str(), file.string());
+  auto protocol = parse_protocol(text, file.string());
   if (!protocol) return protocol;
   for (std::size_t i = 0; i < protocol->subjects.size(); ++i) {
     const StudySubject& subject = protocol->subjects[i];

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/config/checked_table.hpp"
+#include "services/core/toml_depth.hpp"
 #include "services/protocol/protocol.hpp"
 
 namespace tonus::protocol {
@@ -212,6 +213,7 @@ Result<Protocol> parse_protocol(std::string_view text, const std::string& source
         ErrorCode::kInvalidArgument,
         fmt::format("{}: a protocol of {} bytes is not allowed: at most {}", source, text.size(), kTextMost));
   }
+  TONUS_TRY(check_toml_depth(text, source));
   toml::table table;
   try {
     table = toml::parse(text, source);

@@ -7,6 +7,7 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/folder.hpp"
 #include "services/recording/json_file.hpp"
 #include "services/recording/table.hpp"
 
@@ -260,10 +261,8 @@ Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Rec
   const std::filesystem::path json_file = stem.string() + "_channels.json";
   TONUS_TRY_ASSIGN(auto table, Table::read(table_file));
   TONUS_TRY(table.require({"name", "type", "units"}));
-  std::error_code ignored;
-  TONUS_TRY_ASSIGN(auto json, std::filesystem::exists(json_file, ignored)
-                                  ? JsonFile::read(json_file)
-                                  : Result<JsonFile>(JsonFile(json_file)));
+  TONUS_TRY_ASSIGN(const bool has_json, is_present(json_file));
+  TONUS_TRY_ASSIGN(auto json, has_json ? JsonFile::read(json_file) : Result<JsonFile>(JsonFile(json_file)));
 
   const ChannelTable channels(std::move(table));
   std::vector<Column> columns(channels.size(), Column::kIgnored);

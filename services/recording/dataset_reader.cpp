@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <tuple>
 
+#include "services/core/folder.hpp"
 #include "services/core/parallel.hpp"
 #include "services/recording/channels.hpp"
 #include "services/recording/dataset.hpp"
@@ -22,32 +23,37 @@ namespace fs = std::filesystem;
 constexpr std::string_view kMotionSuffix = "_motion.tsv";
 constexpr double kFastestSampling = 1e6;  // Hz; faster is a wrong unit
 
-bool is_file(const fs::path& path) {
-  std::error_code ignored;
-  return fs::is_regular_file(path, ignored);
-}
-
 /// Entries of a folder whose names start with `prefix`; none where there is no such folder.
-std::vector<fs::path> entries(const fs::path& folder, std::string_view prefix) {
+Result<std::vector<fs::path>> entries(const fs::path& folder, std::string_view prefix) {
   std::vector<fs::path> found;
-  std::error_code error;
-  for (fs::directory_iterator entry(folder, error), end; !error && entry != end; entry.increment(error)) {
-    if (entry->path().filename().string().starts_with(prefix)) found.push_back(entry->path());
+  TONUS_TRY_ASSIGN(const bool is_there, is_present(folder));
+  if (!is_there) return found;
+  TONUS_TRY_ASSIGN(auto all, list_folder(folder));
+  for (fs::path& path : all) {
+    if (path.filename().string().starts_with(prefix)) found.push_back(std::move(path));
   }
-  std::sort(found.begin(), found.end());
   return found;
 }
 
-std::vector<fs::path> motion_files(const fs::path& root) {
+Result<void> take_motion_files(const fs::path& folder, std::vector<fs::path>& files) {
+  TONUS_TRY_ASSIGN(const auto found, entries(folder / "motion", "sub-"));
+  for (const fs::path& file : found) {
+    if (file.filename().string().ends_with(kMotionSuffix)) files.push_back(file);
+  }
+  return {};
+}
+
+Result<std::vector<fs::path>> motion_files(const fs::path& root) {
   std::vector<fs::path> files;
-  const auto take_folder = [&files](const fs::path& folder) {
-    for (const fs::path& file : entries(folder / "motion", "sub-")) {
-      if (file.filename().string().ends_with(kMotionSuffix)) files.push_back(file);
+  TONUS_TRY_ASSIGN(const auto participants, entries(root, "sub-"));
+  for (const fs::path& participant : participants) {
+    std::error_code error;
+    if (fs::is_regular_file(participant, error)) continue;
+    TONUS_TRY(take_motion_files(participant, files));
+    TONUS_TRY_ASSIGN(const auto sessions, entries(participant, "ses-"));
+    for (const fs::path& session : sessions) {
+      if (!fs::is_regular_file(session, error)) TONUS_TRY(take_motion_files(session, files));
     }
-  };
-  for (const fs::path& participant : entries(root, "sub-")) {
-    take_folder(participant);
-    for (const fs::path& session : entries(participant, "ses-")) take_folder(session);
   }
   return files;
 }
@@ -65,26 +71,29 @@ Result<void> read_motion_json(const fs::path& file, Recording& recording) {
 }
 
 /// The run's events file: with the tracking system in its name, or, as BIDS has it, for all tracking systems.
-std::optional<fs::path> events_file(const fs::path& motion_file, const std::string& stem,
-                                    const Recording& recording) {
+Result<std::optional<fs::path>> events_file(const fs::path& motion_file, const std::string& stem,
+                                            const Recording& recording) {
   const fs::path own = stem + "_events.tsv";
-  if (is_file(own)) return own;
+  TONUS_TRY_ASSIGN(const bool has_own, is_present(own));
+  if (has_own) return std::optional(own);
   const std::string part = "_tracksys-" + recording.tracking_system;
   std::string name = own.filename().string();
   name.erase(name.find(part), part.size());
   const fs::path common = motion_file.parent_path() / name;
-  if (is_file(common)) return common;
-  return {};
+  TONUS_TRY_ASSIGN(const bool has_common, is_present(common));
+  return has_common ? std::optional(common) : std::nullopt;
 }
 
 Result<void> check_root(const fs::path& root) {
-  std::error_code error;
-  if (!fs::is_directory(root, error)) {
+  TONUS_TRY_ASSIGN(const bool is_there, is_present(root));
+  std::error_code ignored;
+  if (!is_there || !fs::is_directory(root, ignored)) {
     return fail(
         ErrorCode::kNotFound,
         fmt::format("dataset '{}': no such folder; expected the root of a BIDS dataset", root.string()));
   }
-  if (!is_file(root / "dataset_description.json")) {
+  TONUS_TRY_ASSIGN(const bool is_described, is_present(root / "dataset_description.json"));
+  if (!is_described) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("dataset '{}': is not a BIDS dataset: dataset_description.json is missing",
                             root.string()));
@@ -132,8 +141,9 @@ Result<Dataset::Run> Dataset::open_run(const fs::path& motion_file) {
   stem.erase(stem.size() - kMotionSuffix.size());
   TONUS_TRY(read_motion_json(stem + "_motion.json", run.header));
   TONUS_TRY_ASSIGN(run.columns, read_channels(stem, run.header));
-  if (const auto file = events_file(motion_file, stem, run.header)) {
-    TONUS_TRY_ASSIGN(run.events, EventTable::read(*file));
+  TONUS_TRY_ASSIGN(const auto events, events_file(motion_file, stem, run.header));
+  if (events) {
+    TONUS_TRY_ASSIGN(run.events, EventTable::read(*events));
   }
   return run;
 }
@@ -164,7 +174,7 @@ Result<void> Dataset::number_trials(std::vector<Run>& runs) {
 
 Result<Dataset> Dataset::open(const fs::path& root) {
   TONUS_TRY(check_root(root));
-  const std::vector<fs::path> files = motion_files(root);
+  TONUS_TRY_ASSIGN(const auto files, motion_files(root));
   if (files.empty()) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("dataset '{}': has no recording; expected sub-*/[ses-*/]motion/*_motion.tsv",
@@ -181,7 +191,9 @@ Result<Dataset> Dataset::open(const fs::path& root) {
   };
   std::stable_sort(runs.begin(), runs.end(),
                    [&labels](const Run& a, const Run& b) { return labels(a.header) < labels(b.header); });
-  if (const fs::path file = root / "participants.tsv"; is_file(file)) {
+  const fs::path file = root / "participants.tsv";
+  TONUS_TRY_ASSIGN(const bool has_participants, is_present(file));
+  if (has_participants) {
     TONUS_TRY_ASSIGN(const auto participants, read_participants(file));
     for (Run& run : runs) {
       TONUS_TRY(take_participant(file, participants, run.header));

@@ -3,8 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <set>
 #include <spdlog/fmt/fmt.h>
-#include <unistd.h>
 
+#include "services/core/partial_folder.hpp"
 #include "services/core/text_file.hpp"
 #include "services/recording/channels.hpp"
 #include "services/recording/dataset.hpp"
@@ -20,31 +20,6 @@ namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
 std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
-
-/// A folder that is removed with all that is in it unless it is kept.
-class TemporaryFolder {
- public:
-  explicit TemporaryFolder(fs::path path) : path_(std::move(path)) {}
-  ~TemporaryFolder() {
-    std::error_code ignored;
-    if (!path_.empty()) fs::remove_all(path_, ignored);
-  }
-  TemporaryFolder(const TemporaryFolder&) = delete;
-  TemporaryFolder& operator=(const TemporaryFolder&) = delete;
-
-  [[nodiscard]] const fs::path& path() const { return path_; }
-
-  Result<void> rename_to(const fs::path& target) {
-    std::error_code error;
-    fs::rename(path_, target, error);
-    if (error) return fail(ErrorCode::kIo, target.string() + ": cannot be created: " + error.message());
-    path_.clear();
-    return {};
-  }
-
- private:
-  fs::path path_;
-};
 
 Result<void> make_folder(const fs::path& folder) {
   std::error_code error;
@@ -222,20 +197,10 @@ Result<void> write_dataset(const fs::path& root, const std::vector<Recording>& r
     return fail(ErrorCode::kInvalidArgument,
                 "dataset '" + root.string() + "': no recording given; expected one");
   }
-  std::error_code error;
-  fs::path target = fs::absolute(root, error).lexically_normal();
-  if (!target.has_filename()) target = target.parent_path();
-  if (fs::exists(fs::symlink_status(target, error))) {
-    return fail(ErrorCode::kAlreadyExists, "dataset '" + root.string() + "': already exists; use a new path");
-  }
-  if (!fs::is_directory(target.parent_path(), error)) {
-    return fail(ErrorCode::kNotFound, "dataset '" + root.string() + "': its parent folder does not exist");
-  }
-  TemporaryFolder partial(target.string() + fmt::format(".partial-{}", ::getpid()));
-  fs::remove_all(partial.path(), error);
-  TONUS_TRY(make_folder(partial.path()));
-  TONUS_TRY(write_all(partial.path(), recordings, options));
-  return partial.rename_to(target);
+  auto partial = PartialFolder::begin(root);
+  if (!partial) return fail(partial.error().code, "dataset " + partial.error().message);
+  TONUS_TRY(write_all(partial->path(), recordings, options));
+  return partial->finish();
 }
 
 }  // namespace tonus::recording

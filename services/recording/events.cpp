@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/text.hpp"
 #include "services/recording/number_text.hpp"
 
 namespace tonus::recording {
@@ -90,7 +91,7 @@ std::string one_cell(std::string text) {
   if (text.empty()) return "n/a";
   std::replace_if(
       text.begin(), text.end(), [](char c) { return c == '\t' || c == '\n' || c == '\r'; }, ' ');
-  return text;
+  return shown(text);
 }
 
 }  // namespace
@@ -182,7 +183,7 @@ std::string events_json() {
   describe_column("trial_onset_s",
                   "Begin of the whole trial, centring and waiting included, from the first sample", "s");
   describe_column("trial_duration_s", "Duration of the whole trial, the way back included", "s");
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace tonus::recording

@@ -2,7 +2,10 @@
 
 #include <algorithm>
 #include <charconv>
+#include <span>
 #include <spdlog/fmt/fmt.h>
+
+#include "services/core/crc32c.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -97,9 +100,10 @@ Result<std::string> run_stem(const Recording& recording, bool with_tracking_syst
 }
 
 std::string to_label(std::string_view name) {
+  if (name.empty() || is_label(name)) return std::string(name);
   std::string label;
   std::copy_if(name.begin(), name.end(), std::back_inserter(label), is_letter_or_digit);
-  return label;
+  return label + fmt::format("x{:08x}", crc32c(std::as_bytes(std::span(name))));
 }
 
 }  // namespace tonus::recording

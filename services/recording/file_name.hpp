@@ -21,7 +21,8 @@ namespace tonus::recording {
 /// has other than letters and digits.
 [[nodiscard]] Result<std::string> run_stem(const Recording& recording, bool with_tracking_system = true);
 
-/// The letters and digits of a name: what BIDS allows in a label.
+/// A label of BIDS, which has letters and digits only, for a name. Distinct names have distinct labels: where
+/// anything is left out, "x" and a checksum of the name follow. Empty for an empty name alone.
 [[nodiscard]] std::string to_label(std::string_view name);
 
 }  // namespace tonus::recording

@@ -10,6 +10,7 @@ namespace tonus::recording {
 namespace {
 
 constexpr std::string_view kByteOrderMark = "\xEF\xBB\xBF";
+constexpr std::size_t kLongestLine = std::size_t{4} << 20U;
 
 }  // namespace
 
@@ -30,7 +31,14 @@ Result<std::string_view> LineReader::next() {
   filled_ -= given_;
   given_ = 0;
   while (true) {
-    if (filled_ == buffer_.size()) buffer_.resize(2 * buffer_.size());  // a line longer than the buffer
+    if (filled_ == buffer_.size()) {  // a line longer than the buffer
+      if (filled_ >= kLongestLine) {
+        return fail(ErrorCode::kInvalidArgument,
+                    path_.string() + ": a line of more than " + std::to_string(kLongestLine) +
+                        " bytes is not allowed; expected text with an end at each row");
+      }
+      buffer_.resize(2 * buffer_.size());
+    }
     const ssize_t count = ::read(file_.descriptor.get(), buffer_.data() + filled_, buffer_.size() - filled_);
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return file_error(path_, "cannot be read");

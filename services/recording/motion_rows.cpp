@@ -160,7 +160,9 @@ Result<void> read_rows(const std::filesystem::path& file, const std::vector<Colu
     if (lines.empty()) break;
     if (recording.rows.empty()) {
       constexpr std::size_t kShortestLine = 16;  // a first line of n/a says little of the others
-      const std::size_t rows = reader.size() / std::max(lines.find('\n') + 1, kShortestLine) + 1;
+      constexpr std::size_t kMostReserved = std::size_t{1} << 22U;  // a file's size may be a hole
+      const std::size_t rows =
+          std::min(reader.size() / std::max(lines.find('\n') + 1, kShortestLine) + 1, kMostReserved);
       recording.rows.reserve(rows);
       if (has_commanded) recording.commanded.reserve(rows);
       if (has_phases) recording.phases.reserve(rows);

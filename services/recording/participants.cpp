@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "services/core/text.hpp"
 #include "services/recording/number_text.hpp"
 #include "services/recording/table.hpp"
 
@@ -87,7 +88,7 @@ std::string participants_text(const std::vector<Participant>& participants) {
     for (const auto& column : kTextColumns) {
       if (!is_known(participants, column)) continue;
       const std::string& value = participant.*column.member;
-      text += '\t' + (value.empty() ? "n/a" : value);
+      text += '\t' + (value.empty() ? "n/a" : shown(value));
     }
     text += '\n';
   }
@@ -103,7 +104,7 @@ std::string participants_json(const std::vector<Participant>& participants) {
   for (const auto& column : kTextColumns) {
     if (is_known(participants, column)) json[column.name] = {{"Description", column.description}};
   }
-  return json.dump(2) + "\n";
+  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
 }
 
 }  // namespace tonus::recording

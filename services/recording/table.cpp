@@ -5,6 +5,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/text.hpp"
 #include "services/recording/line_reader.hpp"
 
 namespace tonus::recording {
@@ -27,10 +28,9 @@ std::vector<std::string> split_cells(std::string_view line) {
 Error refuse_cell(const std::filesystem::path& file, std::size_t line, std::string_view column,
                   std::string_view value, std::string_view allowed) {
   constexpr std::size_t kLongest = 40;
-  const std::string shown =
-      value.size() > kLongest ? std::string(value.substr(0, kLongest)) + "..." : std::string(value);
+  const std::string quoted = shown(value.substr(0, kLongest)) + (value.size() > kLongest ? "..." : "");
   return fail(ErrorCode::kInvalidArgument, fmt::format("{}:{}: column '{}': '{}' is not allowed; expected {}",
-                                                       file.string(), line, column, shown, allowed));
+                                                       file.string(), line, column, quoted, allowed));
 }
 
 std::optional<double> parse_number(std::string_view cell) {
@@ -51,6 +51,11 @@ Result<Table> Table::read(const std::filesystem::path& file) {
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     if (line.ends_with('\r')) line.remove_suffix(1);
     if (line.empty() && rest.empty()) break;
+    if (!is_utf8(line)) {
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("{}:{}: '{}' is not UTF-8 text; expected the file in UTF-8, as BIDS has it",
+                              file.string(), line_number, shown(line.substr(0, 40))));
+    }
     std::vector<std::string> cells = split_cells(line);
     if (line_number == 1) {
       table.columns_ = std::move(cells);
@@ -120,13 +125,14 @@ Result<double> Table::number(std::size_t row, std::string_view column, double mi
 
 Result<std::int64_t> Table::whole_number(std::size_t row, std::string_view column,
                                          std::int64_t fallback) const {
+  constexpr std::int64_t kMost = 1'000'000'000;  // there is room to count on from it
   const std::string_view value = cell(row, column);
   if (value == kNothing) return fallback;
   std::int64_t number = 0;
   const auto parsed = std::from_chars(value.data(), value.data() + value.size(), number);
-  if (parsed.ec != std::errc{} || parsed.ptr != value.data() + value.size()) {
-    return refuse(row, column, "a whole number");
-  }
+  const bool is_number = parsed.ec == std::errc{} && parsed.ptr == value.data() + value.size();
+  if (!is_number || number < -kMost || number > kMost)
+    return refuse(row, column, fmt::format("a whole number from {} to {}", -kMost, kMost));
   return number;
 }
 

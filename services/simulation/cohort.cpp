@@ -6,6 +6,7 @@
 #include <toml++/toml.h>
 
 #include "services/core/text_file.hpp"
+#include "services/core/toml_depth.hpp"
 #include "services/simulation/toml_section.hpp"
 
 namespace tonus::simulation {
@@ -80,6 +81,7 @@ Result<CohortSubject> subject_of(const toml::table& common, const toml::table& t
 }  // namespace
 
 Result<std::vector<CohortSubject>> parse_cohort(std::string_view text, std::string_view source) {
+  TONUS_TRY(check_toml_depth(text, std::string(source)));
   toml::table root;
   try {
     root = toml::parse(text, source);

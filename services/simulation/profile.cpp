@@ -3,12 +3,12 @@
 #include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
-#include <fstream>
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
-#include <sstream>
 
 #include "rig_agent/control/validation.hpp"
+#include "services/core/text_file.hpp"
+#include "services/core/toml_depth.hpp"
 #include "services/simulation/toml_section.hpp"
 
 namespace tonus::simulation {
@@ -275,6 +275,7 @@ void check_together(const Profile& profile, FirstProblem& problem) {
 }  // namespace
 
 Result<Profile> parse_profile(std::string_view text, std::string_view source) {
+  TONUS_TRY(check_toml_depth(text, std::string(source)));
   FirstProblem problem(source);
   Profile profile;
   try {
@@ -290,16 +291,11 @@ Result<Profile> parse_profile(std::string_view text, std::string_view source) {
 }
 
 Result<Profile> load_profile(const std::filesystem::path& file) {
-  std::ifstream stream(file);
-  if (!stream) {
-    return fail(ErrorCode::kNotFound,
-                fmt::format("profile {} cannot be read, allowed is a TOML file", file.string()));
+  const auto text = read_text_file(file);
+  if (!text) {
+    return fail(text.error().code, fmt::format("profile {}, allowed is a TOML file", text.error().message));
   }
-  std::ostringstream text;
-  text << stream.rdbuf();
-  if (stream.bad())
-    return fail(ErrorCode::kIo, fmt::format("profile {} cannot be read to its end", file.string()));
-  return parse_profile(text.str(), file.string());
+  return parse_profile(*text, file.string());
 }
 
 RigGeometry rig_geometry(const Profile& profile) {

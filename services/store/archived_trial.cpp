@@ -6,6 +6,7 @@
 #include <toml++/toml.h>
 
 #include "services/contract/rig.hpp"
+#include "services/core/toml_depth.hpp"
 #include "services/store/sample_reader.hpp"
 
 namespace tonus::store {
@@ -77,6 +78,7 @@ Result<TrialRig> rig_in_force(const Session& session, const SessionTrial& trial,
 double recorded_force_sign(const Session& session) {
   for (auto c = session.configurations.rbegin(); c != session.configurations.rend(); ++c) {
     if (c->value.role() != v1::ROLE_IDENTIFICATION) continue;
+    if (!check_toml_depth(c->value.configuration_toml(), "configuration")) continue;
     try {
       const toml::table settings = toml::parse(c->value.configuration_toml());
       if (const auto sign = settings["force-sign"].value<double>(); sign && std::abs(*sign) == 1.0)

@@ -7,6 +7,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/names.hpp"
+#include "services/core/folder.hpp"
 #include "services/store/open_store.hpp"
 #include "services/store/recovered_rows.hpp"
 #include "services/store/sqlite_pages.hpp"
@@ -195,7 +196,8 @@ Result<std::pair<SqlitePages, RecoveredRows>> look(const fs::path& damaged, cons
 
 Result<Recovery> recover_archive(const fs::path& damaged, const fs::path& target, const Progress& progress) {
   std::error_code ignored;
-  if (fs::exists(target, ignored)) {
+  TONUS_TRY_ASSIGN(const bool is_there, is_present(target));
+  if (is_there) {
     return fail(ErrorCode::kAlreadyExists,
                 fmt::format("'{}': already exists; use a new path", target.string()));
   }

@@ -8,6 +8,7 @@
 #include <toml++/toml.h>
 
 #include "services/core/text_file.hpp"
+#include "services/core/toml_depth.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -88,6 +89,7 @@ Result<Tokens> load_tokens(const std::filesystem::path& file) {
   }
   const auto text = read_text_file(file);
   if (!text) return text.error();
+  TONUS_TRY(check_toml_depth(*text, file.string()));
   toml::table table;
   try {
     table = toml::parse(*text);

@@ -6,9 +6,11 @@
 #include <map>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 
 #include "services/bus/typed.hpp"
 #include "services/core/clock.hpp"
+#include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
 #include "services/dashboard/gateway/pages.hpp"
 #include "services/store/open_store.hpp"
@@ -40,14 +42,16 @@ ApiAnswer refusal(const Error& error) {
 
 ApiAnswer protocols(const fs::path& folder) {
   json list = json::array();
-  std::error_code error;
-  std::vector<fs::path> files;
-  for (const auto& entry : fs::directory_iterator(folder, error))
-    if (entry.path().extension() == ".toml") files.push_back(entry.path());
-  std::sort(files.begin(), files.end());
-  for (const auto& file : files) {
+  const auto files = list_folder(folder);
+  if (!files && files.error().code != ErrorCode::kNotFound) return refusal(files.error());
+  for (const auto& file : files ? *files : std::vector<fs::path>()) {
+    if (file.extension() != ".toml") continue;
     const auto text = read_text_file(file);
-    if (text) list.push_back({{"name", file.stem().string()}, {"text", *text}});
+    if (text) {
+      list.push_back({{"name", file.stem().string()}, {"text", *text}});
+    } else {
+      spdlog::warn("protocols: {}", text.error().message);
+    }
   }
   return as_json(list);
 }
@@ -160,12 +164,14 @@ std::uint64_t utc_ns(fs::file_time_type time) {
 
 ApiAnswer report_list(const fs::path& folder) {
   json list = json::array();
-  std::error_code error;
-  for (fs::recursive_directory_iterator it(folder, error), end; !error && it != end; it.increment(error)) {
-    if (!it->is_regular_file() || list.size() >= kMaximumListed) continue;
-    list.push_back({{"path", fs::relative(it->path(), folder).generic_string()},
-                    {"bytes", it->file_size()},
-                    {"modified", iso8601(utc_ns(it->last_write_time()))}});
+  const FilesBelow below = files_below(folder);
+  for (const Error& error : below.unreachable) {
+    if (error.code != ErrorCode::kNotFound) spdlog::warn("reports: {}", error.message);
+  }
+  for (const FileBelow& file : below.files) {
+    if (list.size() >= kMaximumListed) break;
+    list.push_back(
+        {{"path", file.relative}, {"bytes", file.bytes}, {"modified", iso8601(utc_ns(file.modified))}});
   }
   return as_json(list);
 }
@@ -177,9 +183,7 @@ ApiAnswer report_file(const fs::path& folder, std::string_view path) {
   const auto inside = std::mismatch(root.begin(), root.end(), file.begin(), file.end()).first == root.end();
   if (root.empty() || !inside || !fs::is_regular_file(file, error))
     return refusal(404, "there is no such report");
-  if (fs::file_size(file, error) > kMaximumReportBytes)
-    return refusal(404, "the report is too large to be shown");
-  auto text = read_text_file(file);
+  auto text = read_text_file(file, kMaximumReportBytes);
   if (!text) return refusal(text.error());
   return {200, content_type(file), std::move(*text)};
 }

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
 
 namespace tonus::dashboard {
@@ -38,18 +39,18 @@ Result<Pages> Pages::load(const std::filesystem::path& folder) {
   }
   Pages made;
   std::size_t bytes = 0;
-  for (std::filesystem::recursive_directory_iterator it(folder, error), end; it != end; it.increment(error)) {
-    if (error) return fail(ErrorCode::kIo, fmt::format("{}: {}", folder.string(), error.message()));
-    if (!it->is_regular_file()) continue;
-    auto content = read_text_file(it->path());
+  const FilesBelow below = files_below(folder);
+  if (!below.unreachable.empty()) return below.unreachable.front();
+  for (const FileBelow& file : below.files) {
+    auto content = read_text_file(file.path);
     if (!content) return content.error();
     bytes += content->size();
     if (bytes > kMaximumBytes) {
       return fail(ErrorCode::kInvalidArgument,
                   fmt::format("{}: over {} bytes of pages", folder.string(), kMaximumBytes));
     }
-    const auto path = "/" + std::filesystem::relative(it->path(), folder).generic_string();
-    made.pages_[path] = {std::move(*content), content_type(it->path()), path.starts_with("/assets/")};
+    const auto path = "/" + file.relative;
+    made.pages_[path] = {std::move(*content), content_type(file.path), path.starts_with("/assets/")};
   }
   return made;
 }

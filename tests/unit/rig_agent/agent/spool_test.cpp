@@ -1,5 +1,7 @@
 #include "rig_agent/agent/spool.hpp"
 
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
 #include <string>
 
@@ -80,6 +82,38 @@ TEST_F(SpoolTest, IsFullWhenNothingMayBeForgottenAndStillKeepsWhatComes) {
   EXPECT_EQ(read(*spool, 1, 0, 2009).size(), 201U);
   spool->received(1, 2010);
   EXPECT_FALSE(spool->is_full());
+}
+
+TEST_F(SpoolTest, FreesReceivedSamplesHoweverSmallItIs) {
+  for (const std::uint64_t most : {1000U, 100'000U, 3'000'000U}) {
+    const testing::TemporaryFolder folder;
+    auto spool = Spool::open({.folder = folder.path(), .max_bytes = most});
+    std::uint64_t blocks = 0;
+    const std::string payload(400, 'x');
+    for (; !spool->is_full(); ++blocks) ASSERT_TRUE(spool->append(1, 10 * blocks, 10, bytes(payload)));
+    spool->received(1, 10 * blocks);
+    EXPECT_FALSE(spool->is_full()) << most;
+    EXPECT_LE(spool->bytes(), most / 2 + 500) << most;
+  }
+}
+
+TEST_F(SpoolTest, KeepsAllBlocksButTheDamagedOne) {
+  {
+    auto spool = Spool::open({.folder = folder_.path()});
+    ASSERT_TRUE(spool && append_blocks(*spool, 7, 0, 40));
+  }
+  const auto file = std::filesystem::directory_iterator(folder_.path())->path();
+  std::fstream bits(file, std::ios::in | std::ios::out | std::ios::binary);
+  bits.seekp(200);
+  bits.put('\x7f');
+  bits.close();
+  auto again = Spool::open({.folder = folder_.path()});
+  ASSERT_TRUE(again);
+  EXPECT_EQ(read(*again, 7, 0, 399).size(), 39U);
+  EXPECT_EQ(again->last_sequence(7, 0), 399U);
+  const auto left = again->left_behind(8);
+  ASSERT_EQ(left.size(), 1U);
+  EXPECT_EQ(left[0].last_sequence, 399U);
 }
 
 TEST_F(SpoolTest, TellsWhatEarlierRunsLeftWithoutAReceipt) {

@@ -90,19 +90,84 @@ TEST(RecordFile, CutsATornEndAtEveryLengthAndGoesOn) {
   }
 }
 
-TEST(RecordFile, StopsAtADamagedRecord) {
+void flip_bit(const std::filesystem::path& path, std::uint64_t offset) {
+  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+  file.seekg(static_cast<std::streamoff>(offset));
+  const int byte = file.get();
+  file.seekp(static_cast<std::streamoff>(offset));
+  file.put(static_cast<char>(byte ^ 0x10));
+}
+
+TEST(RecordFile, LosesOneRecordToAFlippedBitWhereverItIs) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder / "log";
+  const std::vector<std::string> all{"first", std::string(300, 'b'), "third record"};
+  std::vector<std::uint64_t> starts;
+  {
+    auto file = RecordFile::open(path, {});
+    for (const auto& record : all) {
+      starts.push_back(file->size());
+      ASSERT_TRUE(file->append(bytes(record)));
+    }
+    starts.push_back(file->size());
+  }
+  // The last record's length is left out: where it names more than there is, its end looks torn.
+  for (std::uint64_t offset = 0; offset < starts[3]; ++offset) {
+    if (offset >= starts[2] && offset < starts[2] + 4) continue;
+    const auto copy = folder / ("copy" + std::to_string(offset));
+    std::filesystem::copy_file(path, copy);
+    flip_bit(copy, offset);
+    const std::size_t hit = offset < starts[1] ? 0 : offset < starts[2] ? 1 : 2;
+    auto kept = all;
+    kept.erase(kept.begin() + static_cast<std::ptrdiff_t>(hit));
+    std::uint64_t torn = 1;
+    EXPECT_EQ(contents(copy, &torn), kept) << "bit flipped at " << offset;
+    EXPECT_EQ(torn, 0U);
+    EXPECT_EQ(std::filesystem::file_size(copy), starts[3]) << "damage is not cut";
+    auto file = RecordFile::open(copy, {});
+    ASSERT_EQ(file->damage().size(), 1U);
+    EXPECT_EQ(file->damage()[0].offset, starts[hit]);
+    EXPECT_EQ(file->damage()[0].count, starts[hit + 1] - starts[hit]);
+    ASSERT_TRUE(file->append(bytes("later")));
+    kept.emplace_back("later");
+    EXPECT_EQ(contents(copy), kept) << "appended behind damage at " << offset;
+    std::filesystem::remove(copy);
+  }
+}
+
+TEST(RecordFile, ResumesBehindAPageThatWasOverwritten) {
   const testing::TemporaryFolder folder;
   const auto path = folder / "log";
   {
     auto file = RecordFile::open(path, {});
-    ASSERT_TRUE(file->append(bytes("good")));
-    ASSERT_TRUE(file->append(bytes("damaged")));
+    for (int i = 0; i < 40; ++i) ASSERT_TRUE(file->append(bytes(std::to_string(i) + std::string(500, 'x'))));
   }
-  std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
-  file.seekp(-1, std::ios::end);
-  file.put('!');
-  file.close();
-  EXPECT_EQ(contents(path), std::vector<std::string>{"good"});
+  {
+    std::fstream file(path, std::ios::in | std::ios::out | std::ios::binary);
+    file.seekp(4096);
+    file << std::string(4096, '\0');
+  }
+  const auto kept = contents(path);
+  EXPECT_EQ(kept.size(), 31U);  // nine records of 509 or 510 bytes touch bytes 4096 to 8191
+  EXPECT_EQ(kept.back(), "39" + std::string(500, 'x'));
+  const auto file = RecordFile::open(path, {});
+  ASSERT_EQ(file->damage().size(), 1U);
+  EXPECT_NE(file->damage_text().find("are damaged, the first at byte "), std::string::npos)
+      << file->damage_text();
+}
+
+TEST(RecordFile, CutsZerosThatAPowerFailureLeftAtTheEnd) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder / "log";
+  std::uint64_t whole = 0;
+  {
+    auto file = RecordFile::open(path, {});
+    ASSERT_TRUE(file->append(bytes("kept")));
+    whole = file->size();
+  }
+  std::filesystem::resize_file(path, whole + 5000);
+  EXPECT_EQ(contents(path), std::vector<std::string>{"kept"});
+  EXPECT_EQ(std::filesystem::file_size(path), whole);
 }
 
 TEST(RecordFile, DoesNotTakeARunOfZerosForRecords) {

@@ -1,3 +1,7 @@
+#include <sys/stat.h>
+#include <sys/wait.h>
+#include <unistd.h>
+
 #include "services/recording/dataset.hpp"
 #include "tests/unit/services/recording/dataset_folder.hpp"
 
@@ -183,8 +187,10 @@ TEST_F(DatasetErrors, NameAnEventThatIsNotAllowed) {
       refusal_of(file, "onset\tduration\ttrial_onset_s\ttrial_duration_s\n0\t0.001\t0\t9\n")
           .find(":2: column 'trial_onset_s': '0' is not allowed; expected a trial that holds the onset"),
       std::string::npos);
-  EXPECT_EQ(refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t1.5\n"),
-            file + ":2: column 'trial': '1.5' is not allowed; expected a whole number");
+  EXPECT_EQ(
+      refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t1.5\n"),
+      file +
+          ":2: column 'trial': '1.5' is not allowed; expected a whole number from -1000000000 to 1000000000");
   EXPECT_EQ(refusal_of(file, "onset\tduration\ttrial\n0\t0.001\t3\n0.001\t0.001\t3\n"),
             "events of sub-07 run 2: trial 3 occurs twice; expected once in a session");
   EXPECT_EQ(refusal_of(file, "onset\tduration\n"),
@@ -198,6 +204,81 @@ TEST_F(DatasetErrors, NameAParticipantThatIsNotAllowed) {
   EXPECT_EQ(refusal_of("participants.tsv", "participant_id\nsub-01\n"),
             "participants.tsv: participant 'sub-07' is missing; expected a row, as the dataset has "
             "recordings of it");
+}
+
+/// Absent, unreachable and empty are three things: what cannot be reached is never left out.
+TEST_F(DatasetErrors, NameALinkToNothingInPlaceOfAnyFile) {
+  for (const std::string& name :
+       {kRawStem + "_events.tsv", kRawStem + "_channels.json", std::string("participants.tsv"),
+        std::string("dataset_description.json"), std::string("sub-02"), std::string("sub-01/ses-09"),
+        std::string("sub-01/motion")}) {
+    std::filesystem::remove_all(root_);
+    put_raw();
+    std::filesystem::remove(root_ / name);
+    std::filesystem::create_symlink("gone", root_ / name);
+    const std::string message = refusal();
+    EXPECT_TRUE(message.starts_with(name)) << message;
+    EXPECT_NE(message.find("cannot be reached: is a link to 'gone', which does not exist"), std::string::npos)
+        << message;
+  }
+}
+
+TEST_F(DatasetErrors, NameAFolderThatMayNotBeRead) {
+  put_one_axis();
+  put_raw();
+  std::filesystem::permissions(folder_, std::filesystem::perms(0755));
+  for (const char* name : {"sub-01", "sub-01/ses-02", "sub-01/ses-02/motion"}) {
+    std::filesystem::permissions(root_ / name, std::filesystem::perms::none);
+    const pid_t child = ::fork();
+    if (child == 0) {
+      if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) ::_exit(2);
+      const std::string message = refusal();
+      ::_exit(message.starts_with(name) && message.find("Permission denied") != std::string::npos ? 0 : 1);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0) << name;
+    std::filesystem::permissions(root_ / name, std::filesystem::perms(0755));
+  }
+}
+
+TEST_F(DatasetErrors, NameTextThatIsNotUtf8) {
+  put_one_axis();
+  EXPECT_EQ(
+      refusal_of("participants.tsv", "participant_id\tsex\nsub-07\tM\xFC\x1B[2J\n"),
+      "participants.tsv:2: 'sub-07\xEF\xBF\xBDM\xEF\xBF\xBD\xEF\xBF\xBD[2J' is not UTF-8 text; expected the "
+      "file in UTF-8, as BIDS has it");
+  std::filesystem::remove(root_ / "participants.tsv");
+  EXPECT_NE(refusal_of(kOneAxisStem + "_events.tsv", "onset\tduration\treason\n0\t0.001\t\xE5\xB1\n")
+                .find("_events.tsv:2: "),
+            std::string::npos);
+}
+
+TEST_F(DatasetErrors, NameAPipeAndAHoleInPlaceOfRowsWithoutWaitingOrMemory) {
+  put_one_axis();
+  const auto rows = root_ / (kOneAxisStem + "_motion.tsv");
+  std::filesystem::remove(rows);
+  ASSERT_EQ(::mkfifo(rows.c_str(), 0600), 0);
+  EXPECT_EQ(refusal(), kOneAxisStem + "_motion.tsv: cannot be read: not a regular file");
+  std::filesystem::remove(rows);
+  put_one_axis();
+  std::filesystem::resize_file(rows, std::uintmax_t{30} << 30U);
+  EXPECT_EQ(refusal(),
+            kOneAxisStem +
+                "_motion.tsv: a line of more than 4194304 bytes is not allowed; expected text with an "
+                "end at each row");
+}
+
+TEST_F(DatasetErrors, NameANumberThatNothingCanBeCountedOnFrom) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_events.tsv";
+  for (const char* column : {"set", "trial"}) {
+    EXPECT_EQ(
+        refusal_of(file, std::string("onset\tduration\t") + column + "\n0\t0.001\t9223372036854775807\n"),
+        file + ":2: column '" + column +
+            "': '9223372036854775807' is not allowed; expected a whole number from -1000000000 to "
+            "1000000000");
+  }
 }
 
 }  // namespace

@@ -1,8 +1,12 @@
+#include <algorithm>
+#include <cctype>
 #include <cmath>
 #include <limits>
 #include <random>
+#include <set>
 
 #include "services/recording/dataset.hpp"
+#include "services/recording/file_name.hpp"
 #include "tests/unit/services/recording/dataset_folder.hpp"
 
 namespace tonus::recording {
@@ -237,6 +241,21 @@ TEST_F(DatasetWriter, NamesAParentThatIsMissing) {
   const auto written = write_dataset(root_ / "deeper", {ankle_recording()});
   ASSERT_FALSE(written);
   EXPECT_EQ(written.error().code, ErrorCode::kNotFound);
+}
+
+TEST(Labels, AreDistinctForDistinctNames) {
+  std::set<std::string> labels;
+  const std::vector<std::string> names = {"P 01",   "P-01",  "P_01", "P01", "山田",     "山本",
+                                          "Müller", "Mller", "-",    "_",   "far-left", "farleft"};
+  for (const std::string& name : names) {
+    const std::string label = to_label(name);
+    EXPECT_TRUE(labels.insert(label).second) << name << ": " << label;
+    EXPECT_TRUE(
+        std::all_of(label.begin(), label.end(), [](unsigned char c) { return std::isalnum(c) != 0; }));
+    EXPECT_FALSE(label.empty());
+  }
+  EXPECT_EQ(to_label("P01"), "P01");
+  EXPECT_EQ(to_label(""), "");
 }
 
 }  // namespace

@@ -134,7 +134,9 @@ TEST(Profile, SaysThatAFileIsNotThere) {
   const auto result = load_profile("no/such/profile.toml");
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(result.error().message, "profile no/such/profile.toml cannot be read, allowed is a TOML file");
+  EXPECT_EQ(
+      result.error().message,
+      "profile no/such/profile.toml: cannot be read: No such file or directory, allowed is a TOML file");
 }
 
 TEST(Profile, DescribesItsRigAndModelsItsInertia) {
