@@ -16,6 +16,8 @@ constexpr std::size_t kMostTallies = 1024;
 /// Between two receipts of one rig's streams, which replace each other on the bus.
 constexpr Clock::Duration kReceiptSpacing = std::chrono::milliseconds(20);
 
+constexpr std::uint64_t kDayNs = 86'400'000'000'000;
+
 }  // namespace
 
 Ingest::Ingest(store::Store& store, const Clock& clock, const Options& options)
@@ -23,7 +25,7 @@ Ingest::Ingest(store::Store& store, const Clock& clock, const Options& options)
 
 Result<void> Ingest::recover() {
   TONUS_TRY_ASSIGN(const auto sessions, store_.sessions());
-  if (!sessions.empty()) session_ = sessions.back();
+  for (const store::SessionRecord& session : sessions) learn_of(session);
 
   TONUS_TRY_ASSIGN(auto streams, store_.streams());
   for (store::StreamRecord& record : streams) {
@@ -34,6 +36,7 @@ Result<void> Ingest::recover() {
     stream.durable = std::move(record.coverage);
     stream.resent = record.resent;
     stream.duplicated = record.duplicated;
+    stream.origin_claimed = clock_.now();
     stream.owes_receipt = true;
   }
   TONUS_TRY_ASSIGN(const auto tallies, store_.tallies());
@@ -137,13 +140,19 @@ void Ingest::take(store::Message message, bool is_state) {
     ++lost_messages_;
     return;
   }
-  message.session = session_.session;
+  if (!sessions_.contains(message.session)) message.session = session_.session;
   hold(message.payload->size());
   batch_.messages.push_back(std::move(message));
 }
 
+void Ingest::learn_of(const store::SessionRecord& session) {
+  sessions_.insert(session.session);
+  const std::string tomorrow = iso8601(clock_.utc_ns() + kDayNs);
+  if (session.started_at >= session_.started_at && session.started_at <= tomorrow) session_ = session;
+}
+
 void Ingest::note_plan(const store::SessionRecord& plan) {
-  if (plan.started_at >= session_.started_at) session_ = plan;
+  learn_of(plan);
   hold(0);
   std::erase_if(batch_.sessions,
                 [&plan](const store::SessionRecord& waiting) { return waiting.session == plan.session; });
@@ -154,17 +163,29 @@ void Ingest::note_rig(const RigReport& report) {
   hear_of(report.stream);
   Stream& stream = stream_of(report.stream);
   stream.frontier = std::max(stream.frontier, report.next_sequence);
-  // The rig may have freed what a receipt covers. Where it was not ours, another archive has those samples.
-  const std::uint64_t own = stream.received.first_missing(stream.origin);
-  if (report.received_through > own) {
-    stream.origin = report.received_through;
-    stream.is_changed = true;
-    return;
-  }
+  follow_claim(stream, report);
   const std::uint64_t durable = stream.durable.first_missing(stream.origin);
   const bool misses_receipt = report.received_through < durable;
   if (misses_receipt && clock_.now() >= stream.receipt_given + options_.receipt_interval)
     stream.owes_receipt = true;
+}
+
+void Ingest::follow_claim(Stream& stream, const RigReport& report) {
+  // The rig may have freed what a receipt covers. Where it was not ours, another archive has those samples.
+  if (report.received_through > stream.received.first_missing(stream.origin)) {
+    stream.origin = report.received_through;
+    stream.origin_claimed = clock_.now();
+    stream.is_changed = true;
+  } else if (report.received_through < stream.origin) {
+    stream.origin = report.received_through;
+    stream.is_changed = true;
+  }
+}
+
+Clock::TimePoint Ingest::receipt_due(const Stream& stream, Clock::TimePoint now) const {
+  if (stream.origin == 0) return now;
+  const bool has_stored = stream.durable.first_missing(stream.origin) > stream.origin;
+  return has_stored ? stream.origin_claimed + options_.claim_stands : Clock::TimePoint::max();
 }
 
 void Ingest::note_outcome(const store::TrialRecord& outcome) {
@@ -243,6 +264,10 @@ void Ingest::give_stream_receipts(Clock::TimePoint now, Decisions& decisions) {
   std::set<Id> served;
   for (auto& [key, stream] : streams_) {
     if (!stream.owes_receipt) continue;
+    if (const Clock::TimePoint due = receipt_due(stream, now); due > now) {
+      decisions.due = std::min(decisions.due, due);
+      continue;
+    }
     if (!served.insert(key.rig).second) {
       decisions.due = std::min(decisions.due, now + kReceiptSpacing);
       continue;

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -73,11 +74,18 @@ struct IngestStatus {
 /// stays in memory, no receipt is given, and the step is tried again; beyond `backlog_bytes` blocks are
 /// refused, to be requested later.
 ///
-/// Completeness. A stream is expected to be whole from its origin (0, or where another archive's receipts end
-/// when this one first sees the stream) to the largest number that anybody spoke of: a block, an outcome, or
-/// the rig's state. What is missing in it is requested as GapWatch says, once the rig has been heard from. A
-/// trial that stays incomplete for `give_up` while its rig is present and sends nothing of it gets a receipt
-/// that says how many samples are missing; should they come all the same, it gets a complete one.
+/// Trust. Nothing that a message says makes a receipt: a receipt covers what this archive stores, from the
+/// stream's origin on, and there is none while nothing is stored there. The origin follows a rig's word that
+/// it has receipts of another archive (its samples may be gone); such a word is withdrawn by any later one of
+/// the same rig that knows of fewer receipts, and no receipt is given until it has stood for `claim_stands`.
+/// A message belongs to the session that it names, where that one has a plan, else to the newest plan's; a
+/// plan that starts later than tomorrow is kept and becomes nobody's newest.
+///
+/// Completeness. A stream is expected to be whole from its origin (0, or where another archive's receipts
+/// end) to the largest number that anybody spoke of: a block, an outcome, or the rig's state. What is missing
+/// in it is requested as GapWatch says, once the rig has been heard from. A trial that stays incomplete for
+/// `give_up` while its rig is present and sends nothing of it gets a receipt that says how many samples are
+/// missing; should they come all the same, it gets a complete one.
 ///
 /// A session that has ended gets its certificate, the sums over its trials, with the commit that takes its
 /// end, and a new one with each later commit that changes one of its trials.
@@ -93,7 +101,8 @@ class Ingest {
     Clock::Duration receipt_interval =
         std::chrono::milliseconds(500);  ///< Before a lost receipt is given again.
     Clock::Duration give_up = std::chrono::seconds(10);
-    Clock::Duration rig_silence = std::chrono::seconds(2);  ///< After which a rig counts as gone.
+    Clock::Duration rig_silence = std::chrono::seconds(2);   ///< After which a rig counts as gone.
+    Clock::Duration claim_stands = std::chrono::seconds(3);  ///< See "Trust" above.
     GapWatch::Options gaps;
   };
 
@@ -107,7 +116,7 @@ class Ingest {
   void take(store::Block block);
 
   /// Stores the message. With `is_state` (the last value of its key, which late joiners are given again) a
-  /// repetition of the newest one of its key is left out. `session` is filled in here.
+  /// repetition of the newest one of its key is left out. `session` is what the message names, or none.
   void take(store::Message message, bool is_state);
 
   /// What messages say that matters here; the messages themselves are taken separately.
@@ -136,6 +145,7 @@ class Ingest {
     bool is_changed = false;  ///< Differs from what the store has.
     bool owes_receipt = false;
     Clock::TimePoint receipt_given;
+    Clock::TimePoint origin_claimed;  ///< When a rig's word moved the origin.
     GapWatch gaps;
   };
   struct Tally {
@@ -154,6 +164,9 @@ class Ingest {
   void hear_of(const store::StreamKey& key);
   void count_for_trial(const store::Block& block, std::uint64_t fresh);
   void hold(std::size_t bytes);
+  void learn_of(const store::SessionRecord& session);
+  void follow_claim(Stream& stream, const RigReport& report);
+  [[nodiscard]] Clock::TimePoint receipt_due(const Stream& stream, Clock::TimePoint now) const;
   [[nodiscard]] bool is_whole(const store::TrialRecord& trial) const;
   [[nodiscard]] bool has_whole_trial() const;
   void commit(Clock::TimePoint now, Decisions& decisions);
@@ -181,6 +194,7 @@ class Ingest {
   std::vector<TrialReceipt> owed_;  ///< Receipts to repeat.
   std::vector<store::SessionCertificate> owed_sessions_;
   store::SessionRecord session_;  ///< The newest plan's.
+  std::set<Id> sessions_;         ///< That have a plan.
 
   store::Batch batch_;
   std::size_t waiting_bytes_ = 0;

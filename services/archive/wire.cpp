@@ -21,6 +21,14 @@ void put_counts(const store::Certificate& counts, Count& wire) {
   wire.missing_samples(counts.missing);
 }
 
+/// The session that a message says it belongs to; none where it names none.
+template <typename T>
+Id session_named_by(const T& value) {
+  if constexpr (requires { value.session_id(); }) return value.session_id();
+  if constexpr (requires { value.program().session_id(); }) return value.program().session_id();
+  return kNoId;
+}
+
 Result<void> feed_samples(Ingest& ingest, const bus::Sample& sample, std::uint64_t received_utc_ns) {
   TONUS_TRY_ASSIGN(auto block, store::read_block_header(*sample.payload));
   block.received_ns = received_utc_ns;
@@ -66,12 +74,14 @@ bool is_kept(const bus::TopicSpec& topic) {
 Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample,
                   std::uint64_t received_utc_ns) {
   if (topic.name == topics::kRigSamples.spec.name) return feed_samples(ingest, sample, received_utc_ns);
+  Id session = kNoId;
+  TONUS_TRY(topics::decode_any(topic, *sample.payload,
+                               [&session](const auto& value) { session = session_named_by(value); }));
   auto noted = note(ingest, topic, sample);
   const bool is_state = topic.qos.durability == bus::Durability::kTransientLocal;
-  ingest.take(
-      store::Message{
-          std::string(topic.name), sample.key, {}, received_utc_ns, crc32c(*sample.payload), sample.payload},
-      is_state);
+  ingest.take(store::Message{std::string(topic.name), sample.key, session, received_utc_ns,
+                             crc32c(*sample.payload), sample.payload},
+              is_state);
   return noted;
 }
 

@@ -16,8 +16,9 @@ namespace tonus::archive {
 /// content its tables have.
 [[nodiscard]] bool is_kept(const bus::TopicSpec& topic);
 
-/// Hands one message to the core. kInvalidArgument where it cannot be understood: samples are then left out,
-/// any other message is stored all the same.
+/// Hands one message to the core. kInvalidArgument where it is not exactly one value of its type within its
+/// bounds: it is then left out. Where its values contradict each other, it is stored and nothing follows from
+/// it.
 [[nodiscard]] Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample,
                                 std::uint64_t received_utc_ns);
 

@@ -60,7 +60,10 @@ class IngestFixture : public ::testing::Test {
  protected:
   using milliseconds = std::chrono::milliseconds;
 
-  void SetUp() override { restart(); }
+  void SetUp() override {
+    clock_.advance(std::chrono::hours(24 * 365 * 57));  // 2026: the plans of the tests have started
+    restart();
+  }
 
   /// The archive's death and new start with what its store has.
   void restart() {
@@ -84,10 +87,10 @@ class IngestFixture : public ::testing::Test {
   }
 
   /// Lets time pass in small steps with a rig that reports; collects what is decided.
-  Decisions pass(Clock::Duration duration, std::uint64_t next_sequence) {
+  Decisions pass(Clock::Duration duration, std::uint64_t next_sequence, std::uint64_t received_through = 0) {
     Decisions all;
     for (Clock::Duration passed{}; passed < duration; passed += milliseconds(50)) {
-      hear_rig(next_sequence);
+      hear_rig(next_sequence, received_through);
       const Decisions decisions = step_after(milliseconds(50));
       all.resends.insert(all.resends.end(), decisions.resends.begin(), decisions.resends.end());
       all.trial_receipts.insert(all.trial_receipts.end(), decisions.trial_receipts.begin(),

@@ -57,7 +57,7 @@ TEST_F(IngestResend, DoesNotAskWhileSamplesFlow) {
 TEST_F(IngestResend, DoesNotAskForWhatAnotherArchiveHas) {
   hear_rig(5000, 4000);
   take_samples(4000, 5000);
-  const Decisions decisions = pass(std::chrono::seconds(2), 5000);
+  const Decisions decisions = pass(std::chrono::seconds(4), 5000, 4000);
   EXPECT_TRUE(decisions.resends.empty());
   ASSERT_FALSE(decisions.stream_receipts.empty());
   EXPECT_EQ(decisions.stream_receipts[0].through, 5000U);
@@ -69,8 +69,29 @@ TEST_F(IngestResend, GivesNoReceiptForATrialThatAnotherArchiveHasInPart) {
   ingest_->note_outcome(trial_of(1, 3900, 4099));
   hear_rig(5000, 4000);
   take_samples(4000, 5000);
-  const Decisions decisions = pass(std::chrono::seconds(5), 5000);
+  const Decisions decisions = pass(std::chrono::seconds(5), 5000, 4000);
   EXPECT_TRUE(decisions.trial_receipts.empty());
+}
+
+TEST_F(IngestResend, GivesNoReceiptForWhatOnlyAMessageClaims) {
+  // A forged state before any sample, and between the rig's own.
+  hear_rig(1'000'000, 1'000'000);
+  EXPECT_TRUE(pass(std::chrono::seconds(20), 1'000'000, 1'000'000).stream_receipts.empty());
+  take_samples(0, 400);
+  const Decisions before = pass(std::chrono::seconds(1), 400);
+  ASSERT_FALSE(before.stream_receipts.empty()) << "the rig's word withdraws the forged one";
+  EXPECT_EQ(before.stream_receipts.back().through, 400U);
+  std::uint64_t through = 0;
+  for (std::uint64_t end = 420; end < 2000; end += 20) {
+    hear_rig(900'020, 900'000);
+    take_samples(900'000, 900'020);  // forged with it
+    for (const auto& receipt : ingest_->step().stream_receipts) through = receipt.through;
+    EXPECT_LE(through, end - 20);
+    take_samples(end - 20, end);
+    for (const auto& receipt : pass(milliseconds(250), end).stream_receipts) through = receipt.through;
+    EXPECT_LE(through, end);
+  }
+  EXPECT_EQ(through, 1980U);
 }
 
 TEST_F(IngestResend, AsksOnlyARigThatWasHeardOf) {

@@ -1,5 +1,6 @@
 #include "services/archive/wire.hpp"
 
+#include <cstring>
 #include <gtest/gtest.h>
 
 #include "idl/topics.hpp"
@@ -150,8 +151,55 @@ TEST_F(WireTest, RefusesNonsenseWithoutHarm) {
   EXPECT_TRUE(ingest_.step().trial_receipts.empty());
   ASSERT_TRUE(ingest_.finish());
   EXPECT_TRUE(store_.streams()->empty());
-  // What is no sample is kept all the same: somebody may make sense of it.
+  // What contradicts itself is kept all the same: somebody may make sense of it.
   EXPECT_EQ(store_.newest_messages()->size(), 2U);
+}
+
+TEST_F(WireTest, DoesNotStoreWhatCannotBeDecoded) {
+  v1::ServiceHealth health;
+  health.name("made up");
+  bus::Payload payload = *bus::encode(health);
+  const std::uint32_t length = 0x10000000;  // of the warnings
+  // header 4, id 16, role 4, name 4 + 8, host 4 + 1, is_ready 1, padding 2, state 4 + 1, padding 3
+  std::memcpy(payload.data() + 52, &length, sizeof length);
+  bus::Sample sample;
+  sample.payload = std::make_shared<const bus::Payload>(payload);
+  const auto fed = feed(ingest_, topics::kServiceHealth.spec, sample, 0);
+  ASSERT_FALSE(fed);
+  EXPECT_NE(fed.error().message.find("length is 268435456, at most 16 is allowed"), std::string::npos)
+      << fed.error().message;
+  for (const auto& topic : topics::kAll) {
+    if (!is_kept(topic)) continue;
+    sample.payload = std::make_shared<const bus::Payload>(32, std::byte{0x01});
+    EXPECT_FALSE(feed(ingest_, topic, sample, 0)) << topic.name;
+  }
+  ASSERT_TRUE(ingest_.finish());
+  EXPECT_TRUE(store_.newest_messages()->empty());
+}
+
+TEST_F(WireTest, PutsAMessageIntoTheSessionThatItNamesWhateverPlanIsNewest) {
+  clock_.advance(std::chrono::hours(24 * 365 * 57));  // 2026
+  const Id forged = id_of("forged");
+  v1::SessionPlan plan;
+  plan.session_id(kSession);
+  plan.started_at("2026-03-01T10:00:00Z");
+  ASSERT_TRUE(give(topics::kSessionPlan, plan));
+  plan.session_id(forged);
+  plan.started_at("9999-03-01T10:00:00Z");
+  ASSERT_TRUE(give(topics::kSessionPlan, plan));
+  v1::TrialVerdict verdict;
+  verdict.trial_id(trial_id(kSession, 1));
+  verdict.session_id(kSession);
+  ASSERT_TRUE(give(topics::kTrialVerdict, verdict));
+  v1::ServiceHealth health;  // names no session
+  ASSERT_TRUE(give(topics::kServiceHealth, health));
+  ASSERT_TRUE(ingest_.finish());
+  std::vector<std::string> of_session;
+  ASSERT_TRUE(store_.visit_messages({"", kSession, {}}, [&](const store::Message& message) -> Result<void> {
+    of_session.push_back(message.topic);
+    return {};
+  }));
+  EXPECT_EQ(of_session, (std::vector<std::string>{"session/plan", "trial/verdict", "service/health"}));
 }
 
 TEST_F(WireTest, KeepsEveryTopicButItsOwnReceiptsWhatIsForEyesOnlyAndTheComparingOfClocks) {
@@ -159,8 +207,8 @@ TEST_F(WireTest, KeepsEveryTopicButItsOwnReceiptsWhatIsForEyesOnlyAndTheComparin
   for (const auto& topic : topics::kAll) {
     if (!is_kept(topic)) left_out.emplace_back(topic.name);
   }
-  EXPECT_EQ(left_out,
-            (std::vector<std::string>{"estimate/live", "archive/receipt", "clock/probe", "clock/echo"}));
+  EXPECT_EQ(left_out, (std::vector<std::string>{"estimate/live", "archive/receipt", "clock/probe",
+                                                "clock/echo", "rig/stop", "rig/lease"}));
 }
 
 }  // namespace
