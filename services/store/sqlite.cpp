@@ -37,14 +37,26 @@ std::string one_line(const char* text) {
   return line;
 }
 
+std::string in_uri(const std::string& path) {
+  std::string uri;
+  for (const char c : path) {
+    const bool is_special = c == '%' || c == '?' || c == '#' || static_cast<unsigned char>(c) < ' ';
+    uri += is_special ? fmt::format("%{:02X}", static_cast<unsigned char>(c)) : std::string(1, c);
+  }
+  return uri.starts_with("//") ? uri.substr(1) : uri;
+}
+
 }  // namespace
 
 Result<Database> Database::open(const std::string& path, Mode mode) {
   const int access =
-      mode == Mode::kReadOnly ? SQLITE_OPEN_READONLY : SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE;
+      mode == Mode::kReadWrite ? SQLITE_OPEN_READWRITE | SQLITE_OPEN_CREATE : SQLITE_OPEN_READONLY;
   sqlite3* connection = nullptr;
-  const int opened = sqlite3_open_v2(path.c_str(), &connection,
-                                     access | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE, nullptr);
+  const std::string resting = "file:" + in_uri(path) + "?immutable=1";
+  const int opened = sqlite3_open_v2(
+      mode == Mode::kResting ? resting.c_str() : path.c_str(), &connection,
+      (mode == Mode::kResting ? SQLITE_OPEN_URI : 0) | access | SQLITE_OPEN_NOMUTEX | SQLITE_OPEN_EXRESCODE,
+      nullptr);
   Database database(path, connection);  // a failed open may give a connection too, which has to be closed
   if (opened != SQLITE_OK) {
     const int reason = connection == nullptr ? 0 : sqlite3_system_errno(connection);
@@ -79,8 +91,11 @@ bool Database::is_in_transaction() const { return sqlite3_get_autocommit(get()) 
 bool Database::is_read_only() const { return sqlite3_db_readonly(get(), "main") == 1; }
 
 Error Database::error(std::string_view doing) const {
-  return fail(code_of(sqlite3_extended_errcode(get())),
-              fmt::format("store '{}': {}: {}", path_, doing, one_line(sqlite3_errmsg(get()))));
+  const int code = sqlite3_extended_errcode(get());
+  const bool is_damaged = (code & 0xff) == SQLITE_CORRUPT;
+  return fail(code_of(code),
+              fmt::format("store '{}': {}: {}{}", path_, doing, one_line(sqlite3_errmsg(get())),
+                          is_damaged ? "; `tonus recover` copies what can be read" : ""));
 }
 
 Result<Statement> Statement::prepare(Database& database, std::string_view sql) {

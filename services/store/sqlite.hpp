@@ -20,9 +20,10 @@ namespace tonus::store {
 /// SQLite says; kIo, or kDataLoss where SQLite finds the file damaged.
 class Database {
  public:
-  enum class Mode : std::uint8_t { kReadOnly, kReadWrite };
+  enum class Mode : std::uint8_t { kReadOnly, kReadWrite, kResting };
 
-  /// Opens the file; kReadWrite makes it where it is missing.
+  /// Opens the file; kReadWrite makes it where it is missing. kResting reads a file that nobody writes: it
+  /// takes no lock and makes no file beside it, so that it needs no right to write, and sees no change.
   [[nodiscard]] static Result<Database> open(const std::string& path, Mode mode);
 
   Database(Database&&) noexcept = default;

@@ -1,6 +1,9 @@
+#include <array>
 #include <filesystem>
+#include <fstream>
 #include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "services/core/clock.hpp"
 #include "services/store/sqlite_schema.hpp"
@@ -10,6 +13,9 @@ namespace tonus::store {
 namespace {
 
 namespace fs = std::filesystem;
+
+/// user_version of a file whose newest data are in the log beside it.
+constexpr std::uint32_t kBeingWritten = 1;
 
 /// The path's own faults, before SQLite's less clear words for them.
 Result<void> check_path(const std::string& path, bool must_exist) {
@@ -32,12 +38,67 @@ Result<void> check_path(const std::string& path, bool must_exist) {
   return {};
 }
 
-Result<void> prepare_for_writing(Database& database) {
+std::uint32_t big_endian(const char* bytes, int count) {
+  std::uint32_t value = 0;
+  for (int i = 0; i < count; ++i) value = value << 8U | static_cast<unsigned char>(bytes[i]);
+  return value;
+}
+
+bool has_log(const std::string& path) {
+  std::error_code error;
+  return fs::exists(path + "-wal", error) || error;
+}
+
+/// True where the log holds something, or where that cannot be seen.
+bool has_log_content(const std::string& path) {
+  std::error_code error;
+  const auto size = fs::file_size(path + "-wal", error);
+  return error ? has_log(path) : size > 0;
+}
+
+/// The header's own account of the file, where no log beside it may say otherwise.
+Result<void> check_header(const std::string& path) {
+  std::array<char, 100> header{};
+  std::ifstream file(path, std::ios::binary);
+  if (!file.read(header.data(), header.size()) || std::string_view(header.data()) != "SQLite format 3")
+    return {};
+  const std::uint32_t stated_page = big_endian(&header[16], 2);
+  const std::uint64_t page = stated_page == 1 ? 65536 : stated_page;
+  const std::uint64_t pages = big_endian(&header[28], 4);
+  const bool is_valid = big_endian(&header[24], 4) == big_endian(&header[92], 4);
+  std::error_code error;
+  const std::uint64_t size = fs::file_size(path, error);
+  if (!has_log(path) && is_valid && !error && page > 0 && size < pages * page) {
+    return fail(ErrorCode::kDataLoss,
+                fmt::format("store '{}': is cut off: has {} of {} bytes; `tonus recover` copies what is left",
+                            path, size, pages * page));
+  }
+  if (!has_log(path) && big_endian(&header[60], 4) == kBeingWritten) {
+    return fail(
+        ErrorCode::kDataLoss,
+        fmt::format("store '{0}': was copied or moved while it was written, without its log: the newest "
+                    "data are missing; expected '{0}-wal' beside it (`tonus recover` copies what is "
+                    "here)",
+                    path));
+  }
+  return {};
+}
+
+Result<void> refuse_empty(const Database& database) {
+  return fail(
+      ErrorCode::kDataLoss,
+      fmt::format("store '{0}': holds no table: a new file that was never used, or a copy without its log "
+                  "'{0}-wal'; expected an archive, or a name of which there is no file",
+                  database.path()));
+}
+
+Result<void> prepare_for_writing(Database& database, bool is_new) {
   if (database.is_read_only()) {
     return fail(ErrorCode::kIo,
                 fmt::format("store '{}': is read-only; expected a writable file", database.path()));
   }
-  TONUS_TRY(schema_version(database));
+  TONUS_TRY_ASSIGN(const int version, schema_version(database));
+  if (version == 0 && !is_new) return refuse_empty(database);
   const auto journal = database.text("PRAGMA journal_mode = WAL");
   if (!journal) return journal.error();
   if (*journal != "wal") {
@@ -56,6 +117,7 @@ Result<void> prepare_for_writing(Database& database) {
 Result<void> prepare_for_reading(Database& database) {
   const auto version = schema_version(database);
   if (!version) return version.error();
+  if (*version == 0) return refuse_empty(database);
   if (*version == newest_schema_version()) return {};
   return fail(
       ErrorCode::kInvalidArgument,
@@ -68,30 +130,72 @@ Result<void> prepare_for_reading(Database& database) {
 SqliteStore::SqliteStore(std::optional<StoreLock> lock, Database database)
     : lock_(std::move(lock)), database_(std::move(database)), identity_(identify(database_.path())) {}
 
+SqliteStore::~SqliteStore() {
+  if (writing_.empty() || !check_file()) return;
+  // The last commit; with it all go into the file, also where a reader keeps the log from being removed.
+  static_cast<void>(database_.run("PRAGMA user_version = 0; PRAGMA wal_checkpoint(TRUNCATE)"));
+}
+
+Result<void> SqliteStore::begin_writing(bool is_new) {
+  TONUS_TRY(prepare_for_writing(database_, is_new));
+  const std::string mark = fmt::format("PRAGMA user_version = {}", kBeingWritten);
+  TONUS_TRY(database_.run(mark.c_str()));
+  TONUS_TRY(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));  // the mark is in the file itself
+  return prepare_writing();
+}
+
 Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, Access access) {
-  const bool is_for_writing = access == Access::kWrite;
-  TONUS_TRY(check_path(path, !is_for_writing));
+  TONUS_TRY(check_path(path, access == Access::kRead));
+  TONUS_TRY(check_header(path));
+  return access == Access::kWrite ? open_for_writing(path) : open_for_reading(path);
+}
+
+Result<std::unique_ptr<SqliteStore>> SqliteStore::open_for_writing(const std::string& path) {
+  std::error_code ignored;
   const bool is_new = !identify(path).has_value();
-  std::optional<StoreLock> lock;
-  if (is_for_writing) {
-    TONUS_TRY_ASSIGN(auto taken, StoreLock::take(path));
-    lock.emplace(std::move(taken));
-  }
+  const bool is_empty = is_new || (fs::file_size(path, ignored) == 0 && !has_log_content(path));
+  TONUS_TRY_ASSIGN(auto lock, StoreLock::take(path));
   const auto open_now = [&]() -> Result<std::unique_ptr<SqliteStore>> {
-    TONUS_TRY_ASSIGN(auto database, Database::open(path, is_for_writing ? Database::Mode::kReadWrite
-                                                                        : Database::Mode::kReadOnly));
-    TONUS_TRY(is_for_writing ? prepare_for_writing(database) : prepare_for_reading(database));
+    TONUS_TRY_ASSIGN(auto database, Database::open(path, Database::Mode::kReadWrite));
     std::unique_ptr<SqliteStore> store(new SqliteStore(std::move(lock), std::move(database)));
-    if (!is_for_writing) return store;
-    TONUS_TRY(store->prepare_writing());
+    TONUS_TRY(store->begin_writing(is_empty));
     return store;
   };
   auto store = open_now();
-  if (!store && is_for_writing && is_new) {
-    std::error_code ignored;
+  if (!store && is_new) {
     for (const char* suffix : {"", "-wal", "-shm"}) fs::remove(path + suffix, ignored);
   }
   return store;
+}
+
+Result<std::unique_ptr<SqliteStore>> SqliteStore::open_for_reading(const std::string& path) {
+  struct stat info {};
+  const bool is_owner = ::stat(path.c_str(), &info) == 0 && info.st_uid == ::geteuid();
+  const bool is_written = StoreLock::is_taken(path);
+  const bool is_resting = !is_written && !has_log_content(path);
+  if (!is_written && !is_resting && !(is_owner && ::access(path.c_str(), W_OK) == 0)) {
+    return fail(
+        ErrorCode::kUnavailable,
+        fmt::format("store '{}': was not closed in an orderly way, and the newest is in its log: its owner "
+                    "may read it, or start tonus-archive, which closes it; `tonus recover` copies both",
+                    path));
+  }
+  std::error_code error;
+  const auto since = fs::last_write_time(path, error);
+  TONUS_TRY_ASSIGN(auto database,
+                   Database::open(path, is_resting ? Database::Mode::kResting : Database::Mode::kReadOnly));
+  TONUS_TRY(prepare_for_reading(database));
+  std::unique_ptr<SqliteStore> store(new SqliteStore(std::nullopt, std::move(database)));
+  if (is_resting) store->rests_since_ = since;
+  return store;
+}
+
+Result<void> SqliteStore::check_resting() const {
+  std::error_code error;
+  if (!rests_since_ || fs::last_write_time(database_.path(), error) == *rests_since_) return {};
+  return fail(
+      ErrorCode::kUnavailable,
+      fmt::format("store '{}': began to be written while it was read; read it again", database_.path()));
 }
 
 std::optional<SqliteStore::FileIdentity> SqliteStore::identify(const std::string& path) {

@@ -28,7 +28,7 @@ Result<std::vector<StreamRecord>> SqliteStore::streams() {
   std::vector<StreamRecord> streams;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return streams;
+    if (!has_row) break;
     const std::int64_t number = statement.integer(0);
     StreamRecord stream{{statement.id(1), statement.natural(2)},
                         statement.natural(3),
@@ -45,6 +45,8 @@ Result<std::vector<StreamRecord>> SqliteStore::streams() {
     stream_numbers_[stream.key] = number;
     streams.push_back(std::move(stream));
   }
+  TONUS_TRY(check_resting());
+  return streams;
 }
 
 Result<std::vector<SessionRecord>> SqliteStore::sessions() {
@@ -56,17 +58,19 @@ Result<std::vector<SessionRecord>> SqliteStore::sessions() {
   std::vector<SessionRecord> sessions;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return sessions;
+    if (!has_row) break;
     sessions.push_back({statement.id(0), statement.id(1), statement.text(2), statement.text(3),
                         statement.natural(4), statement.natural32(5), statement.text(6), statement.text(7)});
   }
+  TONUS_TRY(check_resting());
+  return sessions;
 }
 
 Result<std::vector<TrialRecord>> SqliteStore::read_trials(Statement& statement) {
   std::vector<TrialRecord> trials;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return trials;
+    if (!has_row) break;
     TrialRecord trial;
     trial.trial = statement.id(0);
     trial.session = statement.id(1);
@@ -87,6 +91,8 @@ Result<std::vector<TrialRecord>> SqliteStore::read_trials(Statement& statement) 
                          statement.natural(19), statement.natural(20)};
     trials.push_back(std::move(trial));
   }
+  TONUS_TRY(check_resting());
+  return trials;
 }
 
 Result<std::vector<TrialRecord>> SqliteStore::trials(const Id& session) {
@@ -124,9 +130,11 @@ Result<std::vector<TrialTally>> SqliteStore::tallies() {
   std::vector<TrialTally> tallies;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return tallies;
+    if (!has_row) break;
     tallies.push_back({statement.id(0), statement.natural(1), statement.natural(2)});
   }
+  TONUS_TRY(check_resting());
+  return tallies;
 }
 
 Result<std::vector<SessionCertificate>> SqliteStore::session_certificates() {
@@ -141,7 +149,7 @@ Result<std::vector<SessionCertificate>> SqliteStore::session_certificates() {
   std::vector<SessionCertificate> certificates;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return certificates;
+    if (!has_row) break;
     certificates.push_back({statement.id(0),
                             statement.id(1),
                             statement.natural32(2),
@@ -151,6 +159,8 @@ Result<std::vector<SessionCertificate>> SqliteStore::session_certificates() {
                              statement.natural(8), statement.natural(9)},
                             statement.natural(10)});
   }
+  TONUS_TRY(check_resting());
+  return certificates;
 }
 
 Result<std::vector<MessageDigest>> SqliteStore::newest_messages() {
@@ -162,9 +172,11 @@ Result<std::vector<MessageDigest>> SqliteStore::newest_messages() {
   std::vector<MessageDigest> digests;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return digests;
+    if (!has_row) break;
     digests.push_back({statement.text(0), statement.id(1), statement.natural32(2), statement.natural(3)});
   }
+  TONUS_TRY(check_resting());
+  return digests;
 }
 
 Result<void> SqliteStore::visit_blocks(const BlockQuery& query, const BlockVisitor& visit) {
@@ -184,7 +196,7 @@ Result<void> SqliteStore::visit_blocks(const BlockQuery& query, const BlockVisit
   statement.bind(2, lowest).bind(3, query.range.end).bind(4, query.range.first);
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return {};
+    if (!has_row) return check_resting();
     Block block{query.stream,
                 statement.natural(0),
                 statement.natural32(1),
@@ -218,7 +230,7 @@ Result<void> SqliteStore::visit_messages(const MessageQuery& query, const Messag
   if (query.in_force_at) statement.bind(3, *query.in_force_at);
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
-    if (!has_row) return {};
+    if (!has_row) return check_resting();
     Message message{
         statement.text(0),      statement.id(1),
         statement.id(2),        statement.natural(3),

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <filesystem>
 #include <map>
 #include <memory>
 #include <optional>
@@ -13,6 +14,12 @@ namespace tonus::store {
 
 /// A study in one SQLite file: write-ahead log, every commit synced (synchronous = FULL), tables versioned.
 /// May be read by other programs, of any make, while it is written.
+///
+/// While it is written, a mark in the file (user_version) says that the newest is in the log beside it
+/// (-wal): a file that was copied without its log is refused, and not taken for an old or an empty archive.
+/// An orderly end takes the mark away and leaves one file, which is read without a lock and without the right
+/// to write. After a crash the log remains; then only the file's owner, who may write beside it, reads it, as
+/// a log's index that belongs to another user would keep the owner out.
 class SqliteStore final : public Store {
  public:
   enum class Access : std::uint8_t { kRead, kWrite };
@@ -22,6 +29,7 @@ class SqliteStore final : public Store {
   /// such file or folder. kInvalidArgument: a folder, another program's file, or a newer schema. kIo: no
   /// permission, read-only, disk. kUnavailable: another archive writes it. kDataLoss: damaged.
   [[nodiscard]] static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, Access access);
+  ~SqliteStore() override;
 
   [[nodiscard]] Result<void> commit(const Batch& batch) override;
   [[nodiscard]] Result<std::vector<StreamRecord>> streams() override;
@@ -58,6 +66,10 @@ class SqliteStore final : public Store {
   };
 
   SqliteStore(std::optional<StoreLock> lock, Database database);
+  [[nodiscard]] Result<void> begin_writing(bool is_new);
+  [[nodiscard]] Result<void> check_resting() const;
+  [[nodiscard]] static Result<std::unique_ptr<SqliteStore>> open_for_writing(const std::string& path);
+  [[nodiscard]] static Result<std::unique_ptr<SqliteStore>> open_for_reading(const std::string& path);
   [[nodiscard]] static std::optional<FileIdentity> identify(const std::string& path);
   [[nodiscard]] Result<void> prepare_writing();
   [[nodiscard]] Result<void> check_file() const;
@@ -75,8 +87,9 @@ class SqliteStore final : public Store {
   std::optional<StoreLock> lock_;  ///< Goes after the connection that it protects.
   Database database_;
   std::optional<FileIdentity> identity_;
-  std::vector<Statement> writing_;       ///< Empty where the store is only read.
-  std::optional<Statement> find_trial_;  ///< Asked for each outcome.
+  std::optional<std::filesystem::file_time_type> rests_since_;  ///< Where it is read as a resting file.
+  std::vector<Statement> writing_;                              ///< Empty where the store is only read.
+  std::optional<Statement> find_trial_;                         ///< Asked for each outcome.
   std::map<StreamKey, std::int64_t> stream_numbers_;
 };
 

@@ -1,11 +1,13 @@
 #include "services/store/store_lock.hpp"
 
 #include <cerrno>
+#include <chrono>
 #include <cstring>
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
 #include <sys/file.h>
 #include <sys/stat.h>
+#include <thread>
 #include <unistd.h>
 
 namespace tonus::store {
@@ -20,6 +22,16 @@ bool is_still_there(const std::string& path, int descriptor) {
          named.st_ino == opened.st_ino && named.st_dev == opened.st_dev;
 }
 
+/// A reader that looks whether the lock is taken holds it for a moment.
+bool lock_patiently(int descriptor) {
+  constexpr int kTries = 5;
+  for (int i = 0; i < kTries; ++i) {
+    if (::flock(descriptor, LOCK_EX | LOCK_NB) == 0) return true;
+    std::this_thread::sleep_for(std::chrono::milliseconds(10));
+  }
+  return false;
+}
+
 }  // namespace
 
 Result<StoreLock> StoreLock::take(const std::string& store_path) {
@@ -30,7 +42,7 @@ Result<StoreLock> StoreLock::take(const std::string& store_path) {
       return fail(ErrorCode::kIo, fmt::format("store '{}': cannot be opened for writing: {}", store_path,
                                               std::strerror(errno)));
     }
-    if (::flock(lock.file_.get(), LOCK_EX | LOCK_NB) != 0) {
+    if (!lock_patiently(lock.file_.get())) {
       (void)lock.file_.close();  // not ours to remove
       return fail(
           ErrorCode::kUnavailable,
@@ -39,6 +51,12 @@ Result<StoreLock> StoreLock::take(const std::string& store_path) {
     if (is_still_there(path, lock.file_.get())) return lock;
     (void)lock.file_.close();
   }
+}
+
+bool StoreLock::is_taken(const std::string& store_path) {
+  const FileDescriptor file(::open((store_path + "-lock").c_str(), O_RDONLY | O_CLOEXEC));
+  if (!file.is_open()) return errno == EACCES;  // it is there, and cannot be asked
+  return ::flock(file.get(), LOCK_SH | LOCK_NB) != 0;
 }
 
 StoreLock::~StoreLock() {

@@ -15,6 +15,9 @@ class StoreLock {
   /// kUnavailable where another program writes the store; kIo where the file cannot be made.
   [[nodiscard]] static Result<StoreLock> take(const std::string& store_path);
 
+  /// Whether a program writes the store now. Makes no file and needs no right to write.
+  [[nodiscard]] static bool is_taken(const std::string& store_path);
+
   StoreLock(StoreLock&&) noexcept = default;
   StoreLock& operator=(StoreLock&&) = delete;
   ~StoreLock();

@@ -109,17 +109,15 @@ TEST_F(SqliteOpen, LetsOneArchiveWriteAtATimeAndOthersRead) {
   EXPECT_FALSE((*reader)->commit(batch));
 }
 
-TEST_F(SqliteOpen, NamesAFileThatMayNotBeWritten) {
-  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
-  ::chmod(path_.c_str(), 0444);
-  ::chmod(folder_.path().c_str(), 0777);  // the lock file may be made, the store not be written
+/// What `look` says in a child that is not root: whoever may do anything is not refused.
+template <typename Look>
+std::string as_somebody_else(const Look& look) {
   int ends[2];
-  ASSERT_EQ(::pipe(ends), 0);
+  if (::pipe(ends) != 0) return "no pipe";
   const pid_t child = ::fork();
   if (child == 0) {
-    // Whoever may do anything is not refused: look as somebody else.
     if (::geteuid() == 0 && (::setgid(65534) != 0 || ::setuid(65534) != 0)) ::_exit(2);
-    const std::string message = write_refusal();
+    const std::string message = look();
     ::_exit(::write(ends[1], message.data(), message.size()) == static_cast<ssize_t>(message.size()) ? 0 : 3);
   }
   ::close(ends[1]);
@@ -129,8 +127,105 @@ TEST_F(SqliteOpen, NamesAFileThatMayNotBeWritten) {
   ::close(ends[0]);
   int status = 0;
   ::waitpid(child, &status, 0);
-  EXPECT_EQ(status, 0);
-  EXPECT_EQ(message, named("is read-only; expected a writable file"));
+  return status == 0 ? message : "the child failed";
+}
+
+TEST_F(SqliteOpen, NamesAFileThatMayNotBeWritten) {
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  ::chmod(path_.c_str(), 0444);
+  ::chmod(folder_.path().c_str(), 0777);  // the lock file may be made, the store not be written
+  EXPECT_EQ(as_somebody_else([this] { return write_refusal(); }),
+            named("is read-only; expected a writable file"));
+}
+
+TEST_F(SqliteOpen, ReadsARestingArchiveWithoutTheRightToWriteAndChangesNothing) {
+  Batch batch;
+  batch.sessions = {{}};
+  { ASSERT_TRUE((*SqliteStore::open(path_, SqliteStore::Access::kWrite))->commit(batch)); }
+  ::chmod(path_.c_str(), 0444);
+  ::chmod(folder_.path().c_str(), 0555);
+  const auto before = fs::last_write_time(folder_.path());
+  const auto look = [this]() -> std::string {
+    auto store = SqliteStore::open(path_, SqliteStore::Access::kRead);
+    if (!store) return store.error().message;
+    const auto sessions = (*store)->sessions();
+    return sessions ? std::to_string(sessions->size()) : sessions.error().message;
+  };
+  EXPECT_EQ(as_somebody_else(look), "1");
+  EXPECT_EQ(look(), "1");
+  EXPECT_EQ(fs::last_write_time(folder_.path()), before) << "nothing was made beside the file";
+  ::chmod(folder_.path().c_str(), 0755);
+}
+
+TEST_F(SqliteOpen, ReadsARestingArchiveOfAnyName) {
+  path_ = folder_ / "50 % #1?mode=rw.sqlite";
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  EXPECT_EQ(read_refusal(), "nothing refused");
+}
+
+TEST_F(SqliteOpen, LeavesTheLogOfACrashedArchiveToItsOwner) {
+  if (::geteuid() != 0) GTEST_SKIP() << "needs another user";
+  const std::string copy = folder_ / "copy.sqlite";
+  {
+    const auto store = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+    Batch batch;
+    batch.sessions = {{}};
+    ASSERT_TRUE((*store)->commit(batch));
+    for (const char* suffix : {"", "-wal"}) fs::copy_file(path_ + suffix, copy + suffix);
+  }
+  path_ = copy;  // as a crash leaves it
+  ::chmod(folder_.path().c_str(), 0777);
+  for (const char* suffix : {"", "-wal"}) ::chmod((path_ + suffix).c_str(), 0666);
+  const std::string refusal = as_somebody_else([this] { return read_refusal(); });
+  EXPECT_NE(refusal.find("was not closed in an orderly way"), std::string::npos) << refusal;
+  EXPECT_FALSE(fs::exists(path_ + "-shm"));
+  EXPECT_EQ((*SqliteStore::open(path_, SqliteStore::Access::kRead))->sessions()->size(), 1U);
+}
+
+TEST_F(SqliteOpen, RefusesAFileThatWasCopiedWithoutItsLog) {
+  const std::string copy = folder_ / "copy.sqlite";
+  {
+    const auto store = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+    Batch batch;
+    batch.sessions = {{}};
+    ASSERT_TRUE((*store)->commit(batch));
+    fs::copy_file(path_, copy);
+  }
+  EXPECT_EQ(read_refusal(), "nothing refused");
+  path_ = copy;
+  const std::string expected = named(
+      "was copied or moved while it was written, without its log: the newest data are missing; expected '" +
+      path_ + "-wal' beside it (`tonus recover` copies what is here)");
+  EXPECT_EQ(read_refusal(), expected);
+  EXPECT_EQ(write_refusal(), expected);
+}
+
+TEST_F(SqliteOpen, RefusesAFileWithoutATableInsteadOfMakingAnEmptyArchiveOfIt) {
+  run("PRAGMA journal_mode = WAL");  // what an older version left in the file until its first checkpoint
+  ASSERT_GT(fs::file_size(path_), 0U);
+  EXPECT_NE(write_refusal().find("holds no table"), std::string::npos) << write_refusal();
+  EXPECT_NE(read_refusal().find("holds no table"), std::string::npos) << read_refusal();
+}
+
+TEST_F(SqliteOpen, NamesTheRemedyForATruncatedFile) {
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  const auto whole = fs::file_size(path_);
+  fs::resize_file(path_, whole - 5000);
+  const std::string expected = named("is cut off: has " + std::to_string(whole - 5000) + " of " +
+                                     std::to_string(whole) + " bytes; `tonus recover` copies what is left");
+  EXPECT_EQ(read_refusal(), expected);
+  EXPECT_EQ(write_refusal(), expected);
+}
+
+TEST_F(SqliteOpen, SaysThatAnArchiveBeganToBeWrittenWhileItWasRead) {
+  { ASSERT_TRUE(SqliteStore::open(path_, SqliteStore::Access::kWrite)); }
+  const auto reader = SqliteStore::open(path_, SqliteStore::Access::kRead);
+  ASSERT_TRUE(reader);
+  ASSERT_TRUE((*reader)->sessions());
+  fs::last_write_time(path_, fs::last_write_time(path_) + std::chrono::seconds(1));  // what a commit does
+  const auto sessions = (*reader)->sessions();
+  ASSERT_FALSE(sessions);
+  EXPECT_EQ(sessions.error().message, named("began to be written while it was read; read it again"));
 }
 
 TEST_F(SqliteOpen, TellsFilesFromMemoryByTheirName) {
