@@ -208,7 +208,7 @@ TEST_F(WireTest, KeepsEveryTopicButItsOwnReceiptsWhatIsForEyesOnlyAndTheComparin
     if (!is_kept(topic)) left_out.emplace_back(topic.name);
   }
   EXPECT_EQ(left_out, (std::vector<std::string>{"estimate/live", "archive/receipt", "clock/probe",
-                                                "clock/echo", "rig/stop", "rig/lease"}));
+                                                "clock/echo", "rig/stop", "rig/stopped", "rig/lease"}));
 }
 
 }  // namespace
