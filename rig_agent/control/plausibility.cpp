@@ -9,9 +9,12 @@ namespace {
 constexpr double kStillTime = 0.05;       // s without a count of either joint: the handle stands still
 constexpr double kJointStillTime = 0.10;  // s without a count of one joint, which the other may let stand
 constexpr double kSilentWay = 0.003;      // m that the handle may go while a force channel says nothing new
-constexpr double kReactionTime = 0.15;    // s, shortest voluntary reaction of an arm
-constexpr double kWorkAllowed = 0.0012;   // J that an arm may give back: drift and tremor over this time
-constexpr double kWorkShare = 0.35;       // of all work, for what the axes exchange
+constexpr double kSilentTime = 0.03;  // s that it must last besides: a fast handle and chance are not enough
+constexpr double kReactionTime = 0.15;   // s, shortest voluntary reaction of an arm
+constexpr double kWorkAllowed = 0.0007;  // J that an arm may give back, and besides
+constexpr double kUnrestAllowed = 3.0;   // times the unrest of its force before, over the way
+constexpr double kUnrestTime = 0.1;      // s, over which that unrest is taken
+constexpr double kMotionShare = 0.7;  // of the motion: only an axis along which the hand goes has much to say
 
 std::uint64_t cycles(double duration, double period) {
   return static_cast<std::uint64_t>(std::max(1L, std::lround(duration / period)));
@@ -24,7 +27,9 @@ Plausibility::Plausibility(const SafetyLimits& limits, const RigGeometry& geomet
       period_(period),
       still_cycles_(cycles(kStillTime, period)),
       joint_still_cycles_(cycles(kJointStillTime, period)),
+      silent_cycles_(cycles(kSilentTime, period)),
       first_cycles_(cycles(kReactionTime, period)),
+      unrest_filter_(1.0 - std::exp(-period / kUnrestTime)),
       way_per_count_((geometry.links.l1 + geometry.links.l2) /
                      std::min(std::abs(geometry.counts_per_unit[0]), std::abs(geometry.counts_per_unit[1]))) {
 }
@@ -44,10 +49,13 @@ void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
     cycles_loaded_[i] = 0;
     volts_[i] = input.raw.force_V[i];
     count_at_volts_[i] = input.raw.encoder_count;
+    cycles_silent_[i] = 0;
   }
   work_by_axis_.setZero();
   cycles_since_onset_ = first_cycles_;
   energy_ = 0.0;
+  resting_force_ = input.force;
+  unrest_ = 0.0;
 }
 
 FaultBits Plausibility::check_encoders(const PlausibilityInput& input) noexcept {
@@ -82,12 +90,14 @@ FaultBits Plausibility::check_force_channels(const PlausibilityInput& input) noe
     if (input.raw.force_V[i] != volts_[i]) {
       volts_[i] = input.raw.force_V[i];
       count_at_volts_[i] = input.raw.encoder_count;
+      cycles_silent_[i] = 0;
       continue;
     }
+    ++cycles_silent_[i];
     const auto& then = count_at_volts_[i];
     const double way = way_per_count_ * std::max(std::abs(input.raw.encoder_count[0] - then[0]),
                                                  std::abs(input.raw.encoder_count[1] - then[1]));
-    if (way > kSilentWay) found |= bit(Fault::kForceStill);
+    if (way > kSilentWay && cycles_silent_[i] > silent_cycles_) found |= bit(Fault::kForceStill);
   }
   return found;
 }
@@ -97,20 +107,32 @@ FaultBits Plausibility::check_work(const PlausibilityInput& input) noexcept {
   energy_ += period_ * input.force.dot(input.velocity);
   if (limits_.trial_energy > 0.0 && energy_ > limits_.trial_energy) found |= bit(Fault::kEnergy);
 
+  if (!input.is_perturbing || input.is_onset) {
+    const Eigen::Vector2d deviation = input.force - resting_force_;
+    resting_force_ += unrest_filter_ * deviation;
+    unrest_ += unrest_filter_ * (deviation.squaredNorm() - unrest_);
+  }
   if (input.is_onset) {
-    force_at_onset_ = input.force;
+    way_ = 0.0;
     work_by_axis_.setZero();
+    motion_by_axis_.setZero();
     cycles_since_onset_ = 0;
   }
   if (!input.is_perturbing || cycles_since_onset_ >= first_cycles_) return found;
   ++cycles_since_onset_;
   const Eigen::Vector2d axis(std::cos(input.sensor_angle), std::sin(input.sensor_angle));
   const Eigen::Vector2d other(-axis.y(), axis.x());
-  const Eigen::Vector2d force = input.force - force_at_onset_;
+  const Eigen::Vector2d force = input.force - resting_force_;
   work_by_axis_ += period_ * Eigen::Vector2d(force.dot(axis) * input.velocity.dot(axis),
                                              force.dot(other) * input.velocity.dot(other));
-  const double allowed = std::max(kWorkAllowed, kWorkShare * work_by_axis_.cwiseAbs().sum());
-  if (work_by_axis_.minCoeff() < -allowed) found |= bit(Fault::kForceReversed);
+  const Eigen::Vector2d speeds(input.velocity.dot(axis), input.velocity.dot(other));
+  motion_by_axis_ += speeds.cwiseProduct(speeds);
+  way_ += period_ * input.velocity.norm();
+  const double allowed = kWorkAllowed + kUnrestAllowed * std::sqrt(unrest_) * way_;
+  for (Eigen::Index i = 0; i < 2; ++i) {
+    const bool is_along = motion_by_axis_[i] > kMotionShare * motion_by_axis_.sum();
+    if (is_along && work_by_axis_[i] < -allowed) found |= bit(Fault::kForceReversed);
+  }
   return found;
 }
 

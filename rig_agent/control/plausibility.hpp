@@ -53,7 +53,9 @@ class Plausibility {
   const double period_;
   const std::uint64_t still_cycles_;
   const std::uint64_t joint_still_cycles_;
+  const std::uint64_t silent_cycles_;
   const std::uint64_t first_cycles_;  // of a perturbation, in which nobody can help along
+  const double unrest_filter_;        // Share of the new value in one cycle.
   const double way_per_count_;        // m at the handle, the larger of the two joints'
 
   bool was_in_trial_ = false;
@@ -63,8 +65,12 @@ class Plausibility {
   std::array<std::uint64_t, 2> cycles_loaded_{};  // without a count, with a load that has changed
   std::array<double, 2> volts_{};                 // as last seen to change
   std::array<std::array<double, 2>, 2> count_at_volts_{};
-  Eigen::Vector2d force_at_onset_ = Eigen::Vector2d::Zero();
-  Eigen::Vector2d work_by_axis_ = Eigen::Vector2d::Zero();  // J since the onset, along the sensor's axes
+  std::array<std::uint64_t, 2> cycles_silent_{};
+  Eigen::Vector2d resting_force_ = Eigen::Vector2d::Zero();   // N, mean before the perturbation
+  double unrest_ = 0.0;                                       // N2, variance about it
+  double way_ = 0.0;                                          // m since the onset
+  Eigen::Vector2d work_by_axis_ = Eigen::Vector2d::Zero();    // J since the onset, along the sensor's axes
+  Eigen::Vector2d motion_by_axis_ = Eigen::Vector2d::Zero();  // speed squared, summed likewise
   std::uint64_t cycles_since_onset_ = 0;
   double energy_ = 0.0;  // J since the trial began
 };

@@ -43,9 +43,8 @@ class Checks {
 // - Speed and energy: what an arm of some 2 kg at the hand takes up in a stop without harm, 1.5 m/s or 2 J
 // and
 //   what the centring needs.
-// - Force and torque: ISO/TS 15066, annex A, names 140 N for a hand that is held fast; a hand that holds a
-// handle
-//   cannot let go at once, and 100 N leave a margin for the sensor.
+// - Force: ISO/TS 15066, annex A, names 140 N for a hand that is held fast; a hand that holds a handle cannot
+//   let go at once, and 100 N leave a margin for the sensor. Torque, 100 N m, moves the links too.
 // - Time: a person takes 0.2 s to let go; a stop has to come before a second one is needed.
 Result<void> validate(const SafetyLimits& limits) {
   return Checks("limits")
@@ -54,8 +53,8 @@ Result<void> validate(const SafetyLimits& limits) {
       .within("workspace_radius_m", limits.workspace_radius, 0.005, 0.25)
       .within("speed_m_per_s", limits.speed, 0.01, 1.5)
       .within("force_N", limits.force, 0.5, 100.0)
-      .within("torques_Nm[0]", limits.torque[0], 0.01, 60.0)
-      .within("torques_Nm[1]", limits.torque[1], 0.01, 60.0)
+      .within("torques_Nm[0]", limits.torque[0], 0.01, 100.0)
+      .within("torques_Nm[1]", limits.torque[1], 0.01, 100.0)
       .within("encoder_jump_rad", limits.encoder_jump, 1e-4, 0.1)
       .within("command_timeout_s", limits.command_timeout, 0.0, 5.0)
       .within("missed_periods", limits.missed_periods, 0.0, 10000.0)

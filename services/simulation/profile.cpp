@@ -177,7 +177,7 @@ void read(TomlSection s, control::SafetyLimits& limits) {
   s.number("workspace_radius_m", limits.workspace_radius, 0.005, 0.25);
   s.number("speed_m_per_s", limits.speed, 0.01, 1.5);
   s.number("force_N", limits.force, 0.5, 100.0);
-  s.pair("torques_Nm", limits.torque, 0.01, 60.0);
+  s.pair("torques_Nm", limits.torque, 0.01, 100.0);
   s.number("encoder_jump_rad", limits.encoder_jump, 1e-4, 0.1);
   s.number("command_timeout_s", limits.command_timeout, 0.0, 5.0);
   s.count("missed_periods", limits.missed_periods, 0, 10000);

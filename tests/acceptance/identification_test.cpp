@@ -136,7 +136,7 @@ TEST(ModelComparison, SeesCoriolisForcesWithoutJointDampingAtTenTimesTheSpeed) {
   profile.subject.damping = {0.0, 0.0, 0.0};
   profile.sensors.force_full_scale = 100.0;
   profile.limits.workspace_radius = 0.25;
-  profile.limits.speed = 5.0;
+  profile.limits.speed = 1.5;
   profile.limits.force = 99.0;
   profile.limits.encoder_jump = 0.1;
   profile.limits.torque = {100.0, 100.0};

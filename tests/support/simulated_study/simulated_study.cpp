@@ -12,6 +12,15 @@
 namespace tonus::simulated {
 namespace {
 
+/// " workspace speed"; empty: none.
+std::string names_of(control::FaultBits faults) {
+  std::string names;
+  for (const auto fault : control::kAllFaults) {
+    if ((faults & control::bit(fault)) != 0) names += std::string(" ") + control::fault_name(fault);
+  }
+  return names;
+}
+
 constexpr int kDirections = 8;
 
 /// The loop and its driver, and every sample that it took.
@@ -43,7 +52,8 @@ class Rig {
       if (!loop_->next_result(result)) continue;
       if (result.outcome == control::TrialOutcome::kCompleted) return result;
       return fail(ErrorCode::kUnavailable,
-                  fmt::format("trial {}: {}", program.number, control::outcome_name(result.outcome)));
+                  fmt::format("trial {}: {}{}", program.number, control::outcome_name(result.outcome),
+                              names_of(result.faults)));
     }
     return fail(ErrorCode::kTimeout, fmt::format("trial {}: no end after {} s", program.number, longest));
   }

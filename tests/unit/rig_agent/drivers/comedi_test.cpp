@@ -182,7 +182,7 @@ TEST(ComediConfig, RefusesAWiringThatIsNotWholeWithOneLine) {
             "wiring.toml: comedi.encoders.channel is missing");
   EXPECT_EQ(refusal("[comedi]\nvoltage = 3"),
             "wiring.toml: comedi.voltage is an unknown key, allowed are device, encoders, force, motors, "
-            "emergency_stop");
+            "emergency_stop, enable, heartbeat, onset");
   EXPECT_EQ(refusal("[comedi]\nencoders = { subdevice = [1, 2, 3], channel = 0 }"),
             "wiring.toml: comedi.encoders.subdevice is not good, allowed is one or two whole numbers from 0 "
             "to 255");

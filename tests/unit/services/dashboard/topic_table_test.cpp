@@ -35,8 +35,8 @@ TEST(TopicTable, OnlyWhatIsForEyesMayBeThinned) {
   for (const auto& topic : offered_topics()) {
     const bool is_live = topic.flow == Flow::kLive;
     const auto& name = topic.channel.topic;
-    EXPECT_EQ(is_live, name == "rig/samples" || name == "estimate/live" || name == "clock/probe" ||
-                           name == "clock/echo" || name == kStatusTopic)
+    EXPECT_EQ(is_live, name == "rig/samples" || name == "rig/lease" || name == "estimate/live" ||
+                           name == "clock/probe" || name == "clock/echo" || name == kStatusTopic)
         << name;
   }
 }

@@ -42,8 +42,19 @@ class Peers {
         verdicts_(writer(bus, topics::kTrialVerdict)),
         receipts_(writer(bus, topics::kArchiveReceipt)),
         descriptions_(writer(bus, topics::kRigDescription)),
+        rig_states_(writer(bus, topics::kRigState)),
+        rig_commands_(reader(bus, topics::kRigCommand, notifier)),
+        rig_replies_(writer(bus, topics::kRigReply)),
         health_(writer(bus, topics::kServiceHealth)) {
-    EXPECT_TRUE(descriptions_.write(testing::description_of_rig()).has_value());
+    v1::RigDescription description = testing::description_of_rig();
+    description.moves_nothing_real(true);
+    description.resumes_unattended(true);
+    EXPECT_TRUE(descriptions_.write(description).has_value());
+    v1::RigState rig;
+    rig.rig_id(description.rig_id());
+    rig.epoch(1);
+    rig.mode(v1::RIG_FREE);
+    EXPECT_TRUE(rig_states_.write(rig).has_value());
     for (const auto role : {v1::ROLE_RIG, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE}) {
       v1::ServiceHealth health;
       health.instance_id(id_of("peer " + std::to_string(role)));
@@ -71,6 +82,13 @@ class Peers {
     archive.is_ready(!plan || archive_refusal.empty());
     archive.state(archive_refusal);
     for (const auto& health : reports_) (void)health_.write(health);
+    for (const auto& received : runtime::drain(rig_commands_)) {
+      v1::RigReply done;
+      done.rig_id(received.value.rig_id());
+      done.request_id(received.value.request_id());
+      done.is_done(true);
+      EXPECT_TRUE(rig_replies_.write(done).has_value());
+    }
     for (const auto& received : runtime::drain(commands_)) answer(received.value);
     for (const auto& received : runtime::drain(states_)) state = received.value;
     for (const auto& received : runtime::drain(replies_)) reply = received.value;
@@ -115,6 +133,9 @@ class Peers {
   bus::TypedWriter<v1::TrialVerdict> verdicts_;
   bus::TypedWriter<v1::ArchiveReceipt> receipts_;
   bus::TypedWriter<v1::RigDescription> descriptions_;
+  bus::TypedWriter<v1::RigState> rig_states_;
+  bus::TypedReader<v1::RigCommand> rig_commands_;
+  bus::TypedWriter<v1::RigReply> rig_replies_;
   bus::TypedWriter<v1::ServiceHealth> health_;
   std::vector<v1::ServiceHealth> reports_;
 };
