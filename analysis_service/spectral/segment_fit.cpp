@@ -1,0 +1,411 @@
+#include "analysis_service/spectral/segment_fit.hpp"
+
+#include <Eigen/Cholesky>
+#include <Eigen/Eigenvalues>
+#include <Eigen/QR>
+#include <algorithm>
+#include <cmath>
+#include <limits>
+#include <numbers>
+
+#include "analysis_service/spectral/statistics.hpp"
+
+namespace tonus::spectral {
+namespace {
+
+constexpr Eigen::Index kFirstBin = 3;   // an offset reaches bins 0 to 2
+constexpr double kLastBinShare = 0.45;  // of the length: below half the sample rate
+constexpr Eigen::Index kFewestBins = 8;
+constexpr double kActiveShare = 0.05;     // of the strongest segments' power: the input is on
+constexpr double kLeastPower = 1e-3;      // of the strongest bin, in force or motion
+constexpr double kBinCorrelation = 2.63;  // neighbouring bins of sin^4 that count as one
+constexpr double kOverlap = 2.0;          // segments of three quarters overlap that count as one
+
+template <int N>
+constexpr Eigen::Index most_bins() {
+  return N == 1 ? 200 : 120;
+}
+
+using Complex = std::complex<double>;
+
+/// Segments whose motion is not much weaker than that of the strongest: those of the event.
+template <int N>
+std::vector<std::size_t> active_segments(const std::vector<Eigen::MatrixXcd>& Y, const Eigen::ArrayXd& w) {
+  std::vector<double> power(Y.size(), 0.0);
+  for (int axis = 0; axis < N; ++axis) {
+    std::vector<double> of_axis;
+    double total = 0.0;
+    for (const auto& y : Y) {
+      of_axis.push_back((y.row(3 * N + axis).array().abs2().transpose() * w.square()).sum());
+      total += of_axis.back();
+    }
+    for (std::size_t s = 0; s < Y.size(); ++s) power[s] += total > 0.0 ? of_axis[s] / total : 0.0;
+  }
+  std::vector<double> sorted = power;
+  std::ranges::sort(sorted, std::greater<>());
+  const std::size_t strongest = std::min(sorted.size(), std::max<std::size_t>(3, sorted.size() / 20));
+  double mean = 0.0;
+  for (std::size_t i = 0; i < strongest; ++i) mean += sorted[i] / static_cast<double>(strongest);
+  std::vector<std::size_t> active;
+  for (std::size_t s = 0; s < power.size(); ++s) {
+    if (power[s] > kActiveShare * mean) active.push_back(s);
+  }
+  return active;
+}
+
+/// Least squared canonical correlation of F and X0 of a bin, its bias for `freedom` segments taken away.
+template <int N>
+double coherence_of(const Eigen::Matrix<Complex, N, N>& FF, const Eigen::Matrix<Complex, N, N>& FX,
+                    const Eigen::Matrix<Complex, N, N>& XX, double freedom) {
+  using Square = Eigen::Matrix<Complex, N, N>;
+  const Eigen::LLT<Square> force(FF);
+  const Eigen::LLT<Square> motion(XX);
+  if (force.info() != Eigen::Success || motion.info() != Eigen::Success) return 0.0;
+  Square half = force.matrixL().solve(FX);
+  half = motion.matrixL().solve(half.adjoint().eval());
+  const Square product = half * half.adjoint();
+  const double least = Eigen::SelfAdjointEigenSolver<Square>(product).eigenvalues()[0];
+  const double bias = N / freedom;
+  return std::clamp((least - bias) / (1.0 - bias), 0.0, 1.0);
+}
+
+/// Minimum of V by Newton's method; directions of negative curvature are taken by its magnitude, steps are
+/// halved until V falls.
+template <int N>
+typename Likelihood<N>::Vector minimise(const Likelihood<N>& likelihood,
+                                        const typename Likelihood<N>::Data& data,
+                                        typename Likelihood<N>::Vector p) {
+  using Model = Likelihood<N>;
+  using Vector = typename Model::Vector;
+  constexpr int kMostSteps = 60;
+  constexpr double kLongestStep = 1.0;
+  constexpr double kDecrement = 1e-6;  // of V, far below one unit of its logarithm
+  double value = likelihood.value(p, data);
+  for (int step = 0; step < kMostSteps; ++step) {
+    const Vector slope = likelihood.gradient(p, data);
+    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(likelihood.hessian(p, data));
+    const auto& eigenvalues = solver.eigenvalues();
+    const double floor = 1e-9 * eigenvalues.cwiseAbs().maxCoeff() + 1e-12;
+    const Vector along = solver.eigenvectors().transpose() * slope;
+    Vector direction = Vector::Zero();
+    for (int i = 0; i < Model::kParameters; ++i)
+      direction -= solver.eigenvectors().col(i) * (along[i] / std::max(std::abs(eigenvalues[i]), floor));
+    const double longest = direction.cwiseAbs().maxCoeff();
+    if (longest > kLongestStep) direction *= kLongestStep / longest;
+    const double decrement = -slope.dot(direction);
+    if (!(decrement > kDecrement)) break;
+    double share = 1.0;
+    bool is_lower = false;
+    for (int half = 0; half < 30 && !is_lower; ++half) {
+      const double tried = likelihood.value(p + share * direction, data);
+      if (tried < value - 1e-4 * share * decrement) {
+        p += share * direction;
+        value = tried;
+        is_lower = true;
+      } else {
+        share *= 0.5;
+      }
+    }
+    if (!is_lower) break;
+  }
+  return p;
+}
+
+/// Least squares weighted by coherence, the lag of each force on a grid.
+template <int N>
+typename Likelihood<N>::Vector start_of(const SegmentFit<N>& fit, const Eigen::ArrayXd& lags) {
+  using Model = Likelihood<N>;
+  typename Model::Vector p = Model::Vector::Zero();
+  const Eigen::ArrayXd& w = fit.likelihood.w();
+  for (int i = 0; i < N; ++i) {
+    Eigen::MatrixXd normal = Eigen::MatrixXd::Zero(3 * N, 3 * N);
+    Eigen::ArrayXd weight(w.size());
+    for (Eigen::Index k = 0; k < w.size(); ++k) {
+      const auto& G = fit.all.moments[static_cast<std::size_t>(k)];
+      weight[k] = fit.coherence[k] / (1.0001 - fit.coherence[k]) / std::max(G(i, i).real(), 1e-300);
+      normal += weight[k] * G.template bottomRightCorner<3 * N, 3 * N>().real();
+    }
+    const auto solver = normal.completeOrthogonalDecomposition();
+    double best = -std::numeric_limits<double>::infinity();
+    for (const double lag : lags) {
+      Eigen::VectorXd right = Eigen::VectorXd::Zero(3 * N);
+      for (Eigen::Index k = 0; k < w.size(); ++k) {
+        const auto& G = fit.all.moments[static_cast<std::size_t>(k)];
+        right += weight[k] *
+                 (std::polar(1.0, w[k] * lag) * G.row(i).template rightCols<3 * N>()).real().transpose();
+      }
+      const Eigen::VectorXd theta = solver.solve(right);
+      const double explained = theta.dot(right);
+      if (explained <= best) continue;
+      best = explained;
+      for (int part = 0; part < 3; ++part) p.segment(part * N * N + i * N, N) = theta.segment(part * N, N);
+      p[Model::kImpedance + i] = lag;
+    }
+  }
+  return p;
+}
+
+/// Noise laws: half of the residual in either signal.
+template <int N>
+void start_noise(SegmentFit<N>& fit) {
+  using Model = Likelihood<N>;
+  const Eigen::Index bins = fit.likelihood.bins();
+  Eigen::MatrixXd design(bins, 2);
+  design.col(0).setOnes();
+  design.col(1) = fit.likelihood.w().log().matrix();
+  Eigen::MatrixXd levels(bins, 2 * N);
+  for (Eigen::Index k = 0; k < bins; ++k) {
+    const auto b = fit.likelihood.bin(fit.p, fit.all, k);
+    for (int i = 0; i < N; ++i) {
+      const double residual = 0.5 * std::max(b.RR(i, i).real(), 1e-30);
+      levels(k, 2 * i) = std::log(residual / std::max(std::norm(b.Z(i, i)), 1e-30));
+      levels(k, 2 * i + 1) = std::log(residual);
+    }
+  }
+  const Eigen::MatrixXd laws = design.colPivHouseholderQr().solve(levels);
+  typename Model::Vector centre = fit.p;
+  for (int i = 0; i < 2 * N; ++i) {
+    const int at = Model::kStructural + 2 * i;
+    fit.p[at] = centre[at] = laws(0, i);
+    fit.p[at + 1] = std::clamp(laws(1, i), -2.0, 2.0);
+    centre[at + 1] = 0.0;
+  }
+  fit.likelihood.centre_noise(centre);
+}
+
+/// Low quantile over the bins above the band of the mean power of a row of Y.
+double floor_of(const std::vector<Eigen::MatrixXcd>& Y, const std::vector<std::size_t>& active, int row,
+                Eigen::Index first) {
+  constexpr Eigen::Index kFewest = 8;
+  constexpr double kQuantile = 0.25;
+  const Eigen::Index bins = Y.front().cols() - first;
+  if (bins < kFewest) return 0.0;
+  std::vector<double> power(static_cast<std::size_t>(bins), 0.0);
+  for (const std::size_t s : active) {
+    for (Eigen::Index k = 0; k < bins; ++k)
+      power[static_cast<std::size_t>(k)] +=
+          std::norm(Y[s](row, first + k)) / static_cast<double>(active.size());
+  }
+  const auto at = static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(bins));
+  std::nth_element(power.begin(), power.begin() + at, power.end());
+  return power[static_cast<std::size_t>(at)];
+}
+
+template <int N>
+void set_units(SegmentFit<N>& fit) {
+  for (int i = 0; i < N; ++i) {
+    for (int j = 0; j < N; ++j) {
+      const double stiffness = fit.force_unit[i] / fit.displacement_unit[j];
+      fit.unit[i * N + j] = stiffness / (fit.w_unit * fit.w_unit);
+      fit.unit[N * N + i * N + j] = stiffness / fit.w_unit;
+      fit.unit[2 * N * N + i * N + j] = stiffness;
+    }
+    fit.unit[3 * N * N + i] = 1.0 / fit.w_unit;
+  }
+}
+
+/// Moments of the blocks of segments, of all, and of all but one.
+template <int N>
+void set_moments(SegmentFit<N>& fit) {
+  using Model = Likelihood<N>;
+  const auto count = static_cast<int>(fit.segments.size());
+  const int blocks = std::min(kMostBlocks, count / 3);
+  const auto bins = static_cast<std::size_t>(fit.w.size());
+  typename Model::Data none;
+  none.moments.assign(bins, Model::Moment::Zero());
+  fit.all = none;
+  fit.only.assign(static_cast<std::size_t>(blocks), none);
+  for (int s = 0; s < count; ++s) {
+    const int block = std::min(s * blocks / count, blocks - 1);
+    fit.block_of.push_back(block);
+    auto& data = fit.only[static_cast<std::size_t>(block)];
+    data.segments += 1.0;
+    const Eigen::MatrixXcd& Y = fit.Y[static_cast<std::size_t>(s)];
+    for (std::size_t k = 0; k < bins; ++k) {
+      const Eigen::Matrix<Complex, 4 * N, 1> y = Y.col(static_cast<Eigen::Index>(k));
+      data.moments[k].noalias() += y * y.adjoint();
+    }
+  }
+  for (const auto& data : fit.only) {
+    fit.all.segments += data.segments;
+    for (std::size_t k = 0; k < bins; ++k) fit.all.moments[k] += data.moments[k];
+  }
+  for (const auto& data : fit.only) {
+    typename Model::Data rest = fit.all;
+    rest.segments -= data.segments;
+    for (std::size_t k = 0; k < bins; ++k) rest.moments[k] -= data.moments[k];
+    fit.without.push_back(std::move(rest));
+  }
+}
+
+template <int N>
+typename Likelihood<N>::Hessian inverse_of(const typename Likelihood<N>::Hessian& H) {
+  const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(H);
+  const double floor = 1e-13 * solver.eigenvalues().cwiseAbs().maxCoeff();
+  Eigen::MatrixXd inverse = Eigen::MatrixXd::Zero(H.rows(), H.cols());
+  for (int i = 0; i < H.rows(); ++i) {
+    const double value = solver.eigenvalues()[i];
+    if (std::abs(value) <= floor) continue;
+    inverse += solver.eigenvectors().col(i) * solver.eigenvectors().col(i).transpose() / value;
+  }
+  return inverse;
+}
+
+/// Block jackknife, linearised by the Hessian (equation 10), never below the inverse Hessian.
+template <int N>
+void set_covariance(SegmentFit<N>& fit) {
+  using Model = Likelihood<N>;
+  constexpr int kStructural = Model::kStructural;
+  fit.inverse_hessian = inverse_of<N>(fit.likelihood.hessian(fit.p, fit.all));
+  const int m = fit.blocks();
+  fit.shifts.resize(m, Model::kParameters);
+  for (int b = 0; b < m; ++b)
+    fit.shifts.row(b) =
+        -(fit.inverse_hessian * fit.likelihood.gradient(fit.p, fit.without[static_cast<std::size_t>(b)]))
+             .transpose();
+  fit.shifts.rowwise() -= fit.shifts.colwise().mean().eval();
+  fit.covariance = (static_cast<double>(m - 1) / m * (fit.shifts.transpose() * fit.shifts))
+                       .topLeftCorner(kStructural, kStructural);
+  fit.variation = 0.0;
+  Eigen::VectorXd grown(kStructural);
+  for (int i = 0; i < kStructural; ++i) {
+    const double jackknife = std::max(fit.covariance(i, i), 1e-300);
+    const double curvature = std::max(fit.inverse_hessian(i, i), 0.0);
+    grown[i] = std::sqrt(std::max(1.0, curvature / jackknife));
+    if (i < Model::kImpedance && curvature > 0.0)
+      fit.variation = std::max(fit.variation, jackknife / curvature);
+  }
+  fit.covariance = fit.covariance.cwiseProduct(grown * grown.transpose()).eval();
+  const double t = student_t_quantile(0.975, m - 1);
+  fit.relative_width.resize(Model::kImpedance);
+  fit.score = 0.0;
+  for (int i = 0; i < Model::kImpedance; ++i) {
+    fit.relative_width[i] = t * std::sqrt(fit.covariance(i, i)) / fit.largest_beside(i);
+    fit.score += std::log(std::clamp(fit.relative_width[i], 1e-4, 10.0)) / (N * N);
+  }
+}
+
+/// Bins that are coherent, strong and in range, thinned evenly to the most that are fitted.
+template <int N>
+std::vector<Eigen::Index> chosen_bins(const std::vector<Eigen::MatrixXcd>& Y,
+                                      const std::vector<std::size_t>& active, const Eigen::ArrayXd& w,
+                                      const FitSettings& settings, Eigen::ArrayXd& coherence) {
+  using Square = Eigen::Matrix<Complex, N, N>;
+  const Eigen::Index bins = w.size();
+  Eigen::MatrixXd force(N, bins);
+  Eigen::MatrixXd motion(N, bins);
+  coherence.resize(bins);
+  for (Eigen::Index k = 0; k < bins; ++k) {
+    Square FF = Square::Zero();
+    Square FX = Square::Zero();
+    Square XX = Square::Zero();
+    for (const std::size_t s : active) {
+      const Eigen::Matrix<Complex, N, 1> f = Y[s].col(k).template head<N>();
+      const Eigen::Matrix<Complex, N, 1> x = Y[s].col(k).template tail<N>();
+      FF += f * f.adjoint();
+      FX += f * x.adjoint();
+      XX += x * x.adjoint();
+    }
+    force.col(k) = FF.diagonal().real();
+    motion.col(k) = XX.diagonal().real();
+    coherence[k] = coherence_of<N>(FF, FX, XX, static_cast<double>(active.size()) / kOverlap);
+  }
+  std::vector<Eigen::Index> chosen;
+  for (Eigen::Index k = 0; k < bins; ++k) {
+    const double hz = w[k] / (2.0 * std::numbers::pi);
+    bool is_used =
+        coherence[k] > settings.least_coherence && hz >= settings.range.low && hz <= settings.range.high;
+    for (int i = 0; i < N; ++i)
+      is_used = is_used && (force(i, k) > kLeastPower * force.row(i).maxCoeff() ||
+                            motion(i, k) > kLeastPower * motion.row(i).maxCoeff());
+    if (is_used) chosen.push_back(k);
+  }
+  constexpr Eigen::Index kMost = most_bins<N>();
+  const auto count = static_cast<Eigen::Index>(chosen.size());
+  if (count <= kMost) return chosen;
+  std::vector<Eigen::Index> thinned;
+  for (Eigen::Index i = 0; i < kMost; ++i)
+    thinned.push_back(chosen[static_cast<std::size_t>(i * (count - 1) / (kMost - 1))]);
+  return thinned;
+}
+
+}  // namespace
+
+template <int N>
+std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen::Index length,
+                                          const FitSettings& settings, const Eigen::VectorXd& lead) {
+  const std::vector<Segment> segments = segments_of(records, length);
+  if (segments.size() < kFewestSegments) return std::nullopt;
+  const double period = records.front().sample_period;
+  const Bins bins{kFirstBin, static_cast<Eigen::Index>(kLastBinShare * static_cast<double>(length))};
+  if (bins.end - bins.first < kFewestBins) return std::nullopt;
+  const double step = 2.0 * std::numbers::pi / (static_cast<double>(length) * period);
+  const Eigen::ArrayXd w = Eigen::ArrayXd::LinSpaced(bins.end - bins.first, static_cast<double>(bins.first),
+                                                     static_cast<double>(bins.end - 1)) *
+                           step;
+  const auto Y = windowed_spectra(records, segments, length, bins);
+  const std::vector<std::size_t> active = active_segments<N>(Y, w);
+  if (active.size() < kFewestSegments) return std::nullopt;
+  Eigen::ArrayXd coherence;
+  const std::vector<Eigen::Index> chosen = chosen_bins<N>(Y, active, w, settings, coherence);
+  if (static_cast<Eigen::Index>(chosen.size()) < kFewestBins) return std::nullopt;
+
+  SegmentFit<N> fit;
+  fit.length = length;
+  fit.lead = lead;
+  fit.w = w(chosen);
+  fit.coherence = coherence(chosen);
+  for (const Eigen::Index k : chosen) fit.bins.push_back(k + bins.first);
+  fit.w_unit = std::exp(fit.w.log().mean());
+  fit.force_unit.setZero();
+  fit.displacement_unit.setZero();
+  for (const std::size_t s : active) {
+    fit.segments.push_back(segments[s]);
+    fit.Y.push_back(Y[s](Eigen::all, chosen));
+    fit.force_unit += fit.Y.back().topRows(N).rowwise().squaredNorm();
+    fit.displacement_unit += fit.Y.back().bottomRows(N).rowwise().squaredNorm();
+  }
+  const double count = static_cast<double>(active.size()) * static_cast<double>(chosen.size());
+  fit.force_unit = (fit.force_unit / count).cwiseSqrt();
+  fit.displacement_unit = (fit.displacement_unit / count).cwiseSqrt();
+  if (!(fit.force_unit.minCoeff() > 0.0) || !(fit.displacement_unit.minCoeff() > 0.0)) return std::nullopt;
+  constexpr double kClearOfBand = 1.3;
+  const auto above =
+      static_cast<Eigen::Index>(kClearOfBand * static_cast<double>(fit.bins.back())) - bins.first + 1;
+  for (int i = 0; i < N; ++i) {
+    fit.force_floor[i] = floor_of(Y, active, i, above) / (fit.force_unit[i] * fit.force_unit[i]);
+    fit.displacement_floor[i] =
+        floor_of(Y, active, 3 * N + i, above) / (fit.displacement_unit[i] * fit.displacement_unit[i]);
+  }
+  for (auto& y : fit.Y) {
+    for (int i = 0; i < N; ++i) {
+      y.row(i) /= fit.force_unit[i];
+      y.row(N + i) /= fit.displacement_unit[i] * fit.w_unit * fit.w_unit;
+      y.row(2 * N + i) /= fit.displacement_unit[i] * fit.w_unit;
+      y.row(3 * N + i) /= fit.displacement_unit[i];
+    }
+  }
+  set_units(fit);
+  fit.likelihood =
+      Likelihood<N>(fit.w / fit.w_unit, static_cast<double>(active.size()) / (kOverlap * kBinCorrelation));
+  set_moments(fit);
+
+  const double top = fit.w[fit.w.size() - 1];
+  const double most = settings.is_lag_known ? 0.0 : settings.most_lag;
+  const auto each_way = static_cast<Eigen::Index>(std::clamp(std::ceil(most * top / 0.6), 30.0, 400.0));
+  const Eigen::ArrayXd lags = settings.is_lag_known
+                                  ? Eigen::ArrayXd(Eigen::ArrayXd::Zero(1))
+                                  : Eigen::ArrayXd::LinSpaced(2 * each_way + 1, -most, most) * fit.w_unit;
+  fit.p = start_of(fit, lags);
+  start_noise(fit);
+  fit.p = minimise<N>(fit.likelihood, fit.all, fit.p);
+  set_covariance(fit);
+  return fit;
+}
+
+template std::optional<SegmentFit<1>> fit_segments<1>(std::span<const Record>, Eigen::Index,
+                                                      const FitSettings&, const Eigen::VectorXd&);
+template std::optional<SegmentFit<2>> fit_segments<2>(std::span<const Record>, Eigen::Index,
+                                                      const FitSettings&, const Eigen::VectorXd&);
+
+}  // namespace tonus::spectral
