@@ -4,8 +4,9 @@
 #include <complex>
 #include <limits>
 #include <numbers>
-#include <unsupported/Eigen/FFT>
 #include <vector>
+
+#include "analysis_service/impedance/any_length_transform.hpp"
 
 namespace tonus::impedance {
 namespace {
@@ -13,7 +14,7 @@ namespace {
 using Complex = std::complex<double>;
 
 /// A transform keeps its table of twiddle factors for the next signal of the same length.
-using Transform = Eigen::FFT<double>;
+using Transform = AnyLengthTransform;
 
 /// sum_k c_k sin(pi k n / M) (parity -1) or with cos (parity +1), n = 0 .. M, k = 1 .. M-1, from the odd or
 /// even continuation of c. The transform is linear: a complex c carries two real series, one axis in each
@@ -176,7 +177,6 @@ OptimalDerivatives optimal_fourier(const Signals& signals, double sample_period)
     x.imag().setZero();
   }
   Transform transform;
-  transform.SetFlag(Transform::Unscaled);
   const Eigen::VectorXcd b = coefficients_of(x, transform);
   // Either axis is shrunk by its own mu.
   const auto shrunk = [&](int p) {
