@@ -5,6 +5,7 @@
 #include <limits>
 #include <numbers>
 #include <optional>
+#include <set>
 #include <spdlog/fmt/fmt.h>
 
 #include "services/core/folder.hpp"
@@ -15,6 +16,9 @@ namespace tonus::recording {
 namespace {
 
 constexpr double kTurn = 2.0 * std::numbers::pi;  // rad
+constexpr double kRateTolerance = 1e-3;           // of two statements of one rate
+
+bool are_rates_equal(double a, double b) { return std::abs(a - b) <= kRateTolerance * std::abs(b); }
 
 /// "N m" however it is spelt; other units as they stand.
 std::string normal_unit(const std::string& unit) {
@@ -44,6 +48,33 @@ class ChannelTable {
       if (table_.cell(row, "name") == name) return row;
     }
     return {};
+  }
+
+  /// Every name once: which of two columns of one name is meant, nobody can know.
+  [[nodiscard]] Result<void> require_distinct_names() const {
+    std::set<std::string> seen;
+    for (std::size_t row = 0; row < size(); ++row) {
+      if (!seen.insert(name(row)).second) return table_.refuse(row, "name", "every name once");
+    }
+    return {};
+  }
+
+  /// Of the channels that are used, a rate that is stated is the recording's.
+  [[nodiscard]] Result<void> require_rate(const std::vector<Column>& columns, double nominal,
+                                          double used) const {
+    for (std::size_t row = 0; row < size(); ++row) {
+      if (columns[row] == Column::kIgnored) continue;
+      TONUS_TRY_ASSIGN(const auto stated, table_.number_or_nothing(row, "sampling_frequency"));
+      if (!stated || are_rates_equal(*stated, nominal) || are_rates_equal(*stated, used)) continue;
+      return table_.refuse(row, "sampling_frequency",
+                           fmt::format("{} Hz, the SamplingFrequency of _motion.json", nominal));
+    }
+    return {};
+  }
+
+  /// The channel of time stamps, in seconds, and its row.
+  [[nodiscard]] std::optional<std::size_t> latency() const {
+    return only([this](std::size_t row) { return is_type(row, "LATENCY") && unit(row) == "s"; });
   }
 
   [[nodiscard]] bool has_all(const std::vector<std::string_view>& names) const {
@@ -256,7 +287,8 @@ Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::
 
 }  // namespace
 
-Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Recording& recording) {
+Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Recording& recording,
+                                          double nominal) {
   const std::filesystem::path table_file = stem.string() + "_channels.tsv";
   const std::filesystem::path json_file = stem.string() + "_channels.json";
   TONUS_TRY_ASSIGN(auto table, Table::read(table_file));
@@ -265,11 +297,15 @@ Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Rec
   TONUS_TRY_ASSIGN(auto json, has_json ? JsonFile::read(json_file) : Result<JsonFile>(JsonFile(json_file)));
 
   const ChannelTable channels(std::move(table));
+  TONUS_TRY(channels.require_distinct_names());
   std::vector<Column> columns(channels.size(), Column::kIgnored);
   TONUS_TRY(read_posture(json, recording));
   TONUS_TRY(choose(channels, json, table_file, recording, columns));
   TONUS_TRY(assign_commanded(channels, recording, columns));
   if (const auto phase = channels.find("phase")) columns[*phase] = Column::kPhase;
+  TONUS_TRY(channels.require_rate(columns, nominal, recording.sampling_frequency));
+  if (const auto latency = channels.latency(); latency && columns[*latency] == Column::kIgnored)
+    columns[*latency] = Column::kLatency;
   return columns;
 }
 

@@ -19,6 +19,7 @@ enum class Column : std::uint8_t {
   kForce1,
   kCommanded0,
   kCommanded1,
+  kLatency,
   kPhase
 };
 
@@ -32,9 +33,11 @@ struct Channel {
 };
 
 /// Reads `<stem>_channels.tsv` and `<stem>_channels.json`: chooses the channels (raw before converted), fills
-/// the recording's rig, units, posture and names, and returns what each column holds.
+/// the recording's rig, units, posture and names, and returns what each column holds. kInvalidArgument also
+/// for a name that occurs twice, and for a channel with another `sampling_frequency` than the recording's
+/// `nominal`.
 [[nodiscard]] Result<std::vector<Column>> read_channels(const std::filesystem::path& stem,
-                                                        Recording& recording);
+                                                        Recording& recording, double nominal);
 
 /// The channels that a recording is written with, in the order of its columns.
 [[nodiscard]] std::vector<Channel> channels_of(const Recording& recording, bool with_converted);

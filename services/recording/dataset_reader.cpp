@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <optional>
 #include <set>
@@ -21,7 +22,9 @@ namespace {
 namespace fs = std::filesystem;
 
 constexpr std::string_view kMotionSuffix = "_motion.tsv";
-constexpr double kFastestSampling = 1e6;  // Hz; faster is a wrong unit
+constexpr double kFastestSampling = 1e6;     // Hz; faster is a wrong unit
+constexpr double kEffectiveTolerance = 0.1;  // of the nominal rate, that the effective one may depart
+constexpr double kDurationTolerance = 0.01;  // of the duration that the rows have
 
 /// Entries of a folder whose names start with `prefix`; none where there is no such folder.
 Result<std::vector<fs::path>> entries(const fs::path& folder, std::string_view prefix) {
@@ -58,16 +61,50 @@ Result<std::vector<fs::path>> motion_files(const fs::path& root) {
   return files;
 }
 
-Result<void> read_motion_json(const fs::path& file, Recording& recording) {
+/// What `_motion.json` says of time and of missing values beyond the rate that is used.
+struct MotionNotes {
+  double nominal_rate = 0.0;       ///< Hz, SamplingFrequency.
+  std::optional<double> duration;  ///< s, RecordingDuration.
+  std::string missing_value;       ///< Of MissingValues; empty: none but n/a.
+};
+
+Result<MotionNotes> read_motion_json(const fs::path& file, Recording& recording) {
   TONUS_TRY_ASSIGN(const auto json, JsonFile::read(file));
   TONUS_TRY_ASSIGN(const auto frequency, json.number("SamplingFrequency"));
   if (!(frequency > 0.0) || frequency > kFastestSampling) {
     return json.refuse("SamplingFrequency", fmt::format("more than 0 and up to {} Hz", kFastestSampling));
   }
   TONUS_TRY_ASSIGN(const auto description, json.text("TaskDescription", ""));
-  recording.sampling_frequency = frequency;
+  MotionNotes notes;
+  notes.nominal_rate = frequency;
+  TONUS_TRY_ASSIGN(const auto effective, json.number("SamplingFrequencyEffective", frequency));
+  if (!(std::abs(effective - frequency) <= kEffectiveTolerance * frequency)) {
+    return json.refuse(
+        "SamplingFrequencyEffective",
+        fmt::format("within {} % of the SamplingFrequency, {} Hz", 100.0 * kEffectiveTolerance, frequency));
+  }
+  if (json.has("RecordingDuration")) {
+    TONUS_TRY_ASSIGN(const auto duration, json.number("RecordingDuration"));
+    notes.duration = duration;
+  }
+  if (const auto missing = json.text("MissingValues", "")) notes.missing_value = *missing;
+  if (notes.missing_value == "none") notes.missing_value.clear();
+  recording.sampling_frequency = effective;
   recording.task_description = description;
-  return {};
+  return notes;
+}
+
+/// RecordingDuration and the rows at the rate that is used say the same time.
+Result<void> check_duration(const fs::path& file, const MotionNotes& notes, const Recording& recording) {
+  if (!notes.duration) return {};
+  const double found = static_cast<double>(recording.rows.size()) / recording.sampling_frequency;
+  const double allowed = kDurationTolerance * found + 2.0 / recording.sampling_frequency;
+  if (std::abs(found - *notes.duration) <= allowed) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              fmt::format("{}: {} rows at {:.6g} Hz, {:.6g} s, are not allowed; expected {:.6g} s, the "
+                          "RecordingDuration of _motion.json",
+                          file.string(), recording.rows.size(), recording.sampling_frequency, found,
+                          *notes.duration));
 }
 
 /// The run's events file: with the tracking system in its name, or, as BIDS has it, for all tracking systems.
@@ -121,6 +158,7 @@ Result<void> take_participant(const fs::path& file, const std::map<std::string, 
 struct Dataset::Run {
   Recording header;  ///< Everything but rows and events.
   fs::path motion_file;
+  MotionNotes notes;
   std::vector<Column> columns;
   std::optional<EventTable> events;
   std::int64_t whole_trial = 0;  ///< Number of the one trial of a record without events.
@@ -139,8 +177,8 @@ Result<Dataset::Run> Dataset::open_run(const fs::path& motion_file) {
   TONUS_TRY(take_labels(motion_file, run.header));
   std::string stem = motion_file.string();
   stem.erase(stem.size() - kMotionSuffix.size());
-  TONUS_TRY(read_motion_json(stem + "_motion.json", run.header));
-  TONUS_TRY_ASSIGN(run.columns, read_channels(stem, run.header));
+  TONUS_TRY_ASSIGN(run.notes, read_motion_json(stem + "_motion.json", run.header));
+  TONUS_TRY_ASSIGN(run.columns, read_channels(stem, run.header, run.notes.nominal_rate));
   TONUS_TRY_ASSIGN(const auto events, events_file(motion_file, stem, run.header));
   if (events) {
     TONUS_TRY_ASSIGN(run.events, EventTable::read(*events));
@@ -206,7 +244,8 @@ Result<Dataset> Dataset::open(const fs::path& root) {
 Result<Recording> Dataset::read(std::size_t index) const {
   const Run& run = runs_[index];
   Recording recording = run.header;
-  TONUS_TRY(read_rows(run.motion_file, run.columns, recording));
+  TONUS_TRY(read_rows(run.motion_file, run.columns, run.notes.missing_value, recording));
+  TONUS_TRY(check_duration(run.motion_file, run.notes, recording));
   if (!run.events) {
     recording.events.push_back(whole_record(recording, run.whole_trial));
     return recording;

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdint>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
@@ -23,8 +24,12 @@ constexpr std::size_t kColumns = static_cast<std::size_t>(Column::kPhase) + 1;
 /// error.
 class RowParser {
  public:
-  RowParser(const std::filesystem::path& file, const std::vector<Column>& columns)
-      : file_(file), columns_(columns) {}
+  RowParser(const std::filesystem::path& file, const std::vector<Column>& columns,
+            const std::string& missing_value)
+      : file_(file),
+        columns_(columns),
+        missing_(missing_value),
+        missing_number_(parse_number(missing_value)) {}
 
   /// The lines to parse next. All before have been parsed.
   void take(std::string_view lines) {
@@ -34,7 +39,7 @@ class RowParser {
 
   [[nodiscard]] bool is_at_end() const { return place_ == end_; }
 
-  /// The next row; it is missing where a cell of it is.
+  /// The next row; it is missing where a measured cell of it is.
   [[nodiscard]] bool parse() {
     ++line_;
     is_missing_ = false;
@@ -90,19 +95,26 @@ class RowParser {
   }
 
   bool take_number(std::size_t column, double& value) {
-    if (take_short_whole_number(value)) return true;
-    const auto parsed = std::from_chars(place_, end_, value);
-    if (parsed.ec == std::errc{} && is_boundary(parsed.ptr) && std::isfinite(value)) {
-      place_ = parsed.ptr;
-      return true;
+    const char* const begin = place_;
+    bool is_number = take_short_whole_number(value);
+    if (!is_number) {
+      const auto parsed = std::from_chars(place_, end_, value);
+      is_number = parsed.ec == std::errc{} && is_boundary(parsed.ptr) && std::isfinite(value);
+      if (is_number) place_ = parsed.ptr;
     }
+    if (is_number && (!missing_number_ || value != *missing_number_)) return true;
+    place_ = begin;
     const std::string_view cell(place_, static_cast<std::size_t>(cell_end() - place_));
-    if (cell != kNothing) {
+    if (!is_number && cell != kNothing && (missing_.empty() || cell != missing_)) {
       error_ = refuse_cell(file_, line_, std::to_string(column + 1), cell, "a number or n/a");
       return false;
     }
-    value = 0.0;
-    is_missing_ = true;
+    const Column what = columns_[column];
+    const bool is_optional =
+        what == Column::kCommanded0 || what == Column::kCommanded1 || what == Column::kLatency;
+    value = is_optional ? std::numeric_limits<double>::quiet_NaN() : 0.0;
+    // A command that is not known takes nothing from what was measured.
+    is_missing_ = is_missing_ || !is_optional;
     place_ = cell_end();
     return true;
   }
@@ -139,6 +151,8 @@ class RowParser {
 
   const std::filesystem::path& file_;
   const std::vector<Column>& columns_;
+  const std::string& missing_;
+  std::optional<double> missing_number_;
   const char* place_ = nullptr;
   const char* end_ = nullptr;
   std::size_t line_ = 0;
@@ -147,14 +161,60 @@ class RowParser {
   std::optional<Error> error_;
 };
 
+/// Time stamps of the rows against the rate that the recording states.
+class Stamps {
+ public:
+  explicit Stamps(double rate) : rate_(rate) {}
+
+  void add(std::size_t row, double time) {
+    if (!std::isfinite(time)) return;
+    if (!first_) first_ = {row, time};
+    last_ = {row, time};
+    const double off = time - first_->time - static_cast<double>(row - first_->row) / rate_;
+    if (!irregular_ && std::abs(off) > 0.5 / rate_) irregular_ = {row, time};
+  }
+
+  [[nodiscard]] Result<void> check(const std::filesystem::path& file) const {
+    constexpr double kTolerance = 1e-3;  // of the rate
+    if (!first_ || last_.row == first_->row) return {};
+    const double rate = static_cast<double>(last_.row - first_->row) / (last_.time - first_->time);
+    if (!(std::abs(rate - rate_) <= kTolerance * rate_)) {
+      return fail(
+          ErrorCode::kInvalidArgument,
+          fmt::format("{}: time stamps of {:.6g} Hz are not allowed; expected {:.6g} Hz, as _motion.json "
+                      "states",
+                      file.string(), rate, rate_));
+    }
+    if (!irregular_) return {};
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}:{}: a time stamp {:.6g} s after the first is not allowed; expected {:.6g} s, as rows "
+                    "are equally spaced",
+                    file.string(), irregular_->row + 1, irregular_->time - first_->time,
+                    static_cast<double>(irregular_->row - first_->row) / rate_));
+  }
+
+ private:
+  struct Stamp {
+    std::size_t row = 0;
+    double time = 0.0;
+  };
+  double rate_;
+  std::optional<Stamp> first_;
+  std::optional<Stamp> irregular_;
+  Stamp last_;
+};
+
 }  // namespace
 
 Result<void> read_rows(const std::filesystem::path& file, const std::vector<Column>& columns,
-                       Recording& recording) {
+                       const std::string& missing_value, Recording& recording) {
   TONUS_TRY_ASSIGN(auto reader, LineReader::open(file));
   const bool has_commanded = std::find(columns.begin(), columns.end(), Column::kCommanded0) != columns.end();
   const bool has_phases = std::find(columns.begin(), columns.end(), Column::kPhase) != columns.end();
-  RowParser parser(file, columns);
+  const bool has_stamps = std::find(columns.begin(), columns.end(), Column::kLatency) != columns.end();
+  RowParser parser(file, columns, missing_value);
+  Stamps stamps(recording.sampling_frequency);
   while (true) {
     TONUS_TRY_ASSIGN(const auto lines, reader.next());
     if (lines.empty()) break;
@@ -181,12 +241,13 @@ Result<void> read_rows(const std::filesystem::path& file, const std::vector<Colu
         const std::array commanded{parser.value(Column::kCommanded0), parser.value(Column::kCommanded1)};
         recording.commanded.push_back(row.is_missing ? std::array<double, 2>{} : commanded);
       }
+      if (has_stamps) stamps.add(recording.rows.size() - 1, parser.value(Column::kLatency));
       if (has_phases) recording.phases.push_back(static_cast<std::uint8_t>(parser.value(Column::kPhase)));
     }
   }
   if (recording.rows.empty())
     return fail(ErrorCode::kInvalidArgument, file.string() + ": is empty; expected a row");
-  return {};
+  return stamps.check(file);
 }
 
 std::string rows_text(const Recording& recording, bool with_converted) {
@@ -212,7 +273,7 @@ std::string rows_text(const Recording& recording, bool with_converted) {
     if (!recording.phases.empty()) cells.push_back(recording.phases[i]);
     for (std::size_t cell = 0; cell < cells.size(); ++cell) {
       if (cell != 0) text.push_back('\t');
-      if (row.is_missing) {
+      if (row.is_missing || !std::isfinite(cells[cell])) {
         text.append(kNothing);
       } else {
         append_number(text, cells[cell]);

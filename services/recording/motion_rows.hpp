@@ -10,11 +10,12 @@
 
 namespace tonus::recording {
 
-/// Reads a `_motion.tsv`, which has no header, into the recording's rows. A row with n/a in any column that
-/// is used is missing. kInvalidArgument: another number of cells than columns, a cell that is neither a
-/// finite number nor n/a, or no row at all.
+/// Reads a `_motion.tsv`, which has no header, into the recording's rows. A row with n/a, or `missing_value`
+/// (MissingValues of `_motion.json`; empty: none), in any measured column that is used is missing.
+/// kInvalidArgument: another number of cells than columns, a cell that is neither a finite number nor n/a, no
+/// row at all, or time stamps (LATENCY) that do not fit the recording's rate.
 [[nodiscard]] Result<void> read_rows(const std::filesystem::path& file, const std::vector<Column>& columns,
-                                     Recording& recording);
+                                     const std::string& missing_value, Recording& recording);
 
 /// Content of a `_motion.tsv` with the channels that channels_of() names.
 [[nodiscard]] std::string rows_text(const Recording& recording, bool with_converted);

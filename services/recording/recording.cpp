@@ -34,11 +34,15 @@ std::int64_t row_time_ns(const Recording& recording, std::size_t row) {
 
 Stretch stretch_of(const Recording& recording, const PerturbationEvent& event) {
   const std::size_t last = recording.rows.size() - 1;
-  if (event.is_continuous()) return {0, 0, last};
   const auto row_at = [&](double time) {
     const double row = std::round(std::max(time, 0.0) * recording.sampling_frequency);
     return std::min(static_cast<std::size_t>(row), last);
   };
+  if (event.is_continuous()) {
+    const std::size_t first = row_at(event.onset_s);
+    const double end = std::round((event.onset_s + event.duration_s) * recording.sampling_frequency);
+    return {first, first, std::clamp(static_cast<std::size_t>(std::max(end, 1.0)) - 1, first, last)};
+  }
   return {row_at(event.onset_s - kRestBefore), row_at(event.onset_s),
           row_at(event.onset_s + event.duration_s)};
 }

@@ -94,7 +94,7 @@ struct Recording {
 
   std::vector<Row> rows;
   std::vector<std::array<double, 2>>
-      commanded;  ///< m, displacement commanded in S; empty, or one for each row.
+      commanded;  ///< m, displacement commanded in S; empty, or one for each row, not finite where not known.
   /// Part of a trial that each row belongs to, numbered as the contract's TrialPhase; empty, or one for each
   /// row.
   std::vector<std::uint8_t> phases;
@@ -116,8 +116,8 @@ struct Stretch {
 };
 
 /// The rows that go with a perturbation: from 1 s of rest before its onset to its end, as far as there are
-/// rows; of a continuous one all rows. Replay and off-line identification take the same, so that they give
-/// the same numbers.
+/// rows; of a continuous one the rows from its onset for its duration. Replay and off-line identification
+/// take the same, so that they give the same numbers.
 [[nodiscard]] Stretch stretch_of(const Recording& recording, const PerturbationEvent& event);
 
 /// "sub-01 ses-01 run 1 (reference)", for messages.

@@ -39,6 +39,61 @@ TEST_F(DatasetErrors, NameAFolderThatIsNoDataset) {
             "dataset '" + root_.string() + "': is not a BIDS dataset: dataset_description.json is missing");
 }
 
+TEST_F(DatasetErrors, StateBothRatesWhereTimeStampsContradictTheStatedOne) {
+  put_one_axis();
+  put(kOneAxisStem + "_channels.tsv",
+      "name\ttype\tunits\nangle\tJNTANG\trad\ntorque\tMISC\tN m\nlatency\tLATENCY\ts\n");
+  EXPECT_EQ(
+      refusal_of(kOneAxisStem + "_motion.tsv", "1\t2\t0\n3\t4\t0.002\n5\t6\t0.004\n"),
+      kOneAxisStem +
+          "_motion.tsv: time stamps of 500 Hz are not allowed; expected 1000 Hz, as _motion.json states");
+  EXPECT_EQ(refusal_of(kOneAxisStem + "_motion.tsv", "1\t2\t0\n3\t4\tn/a\n5\t6\t0.002\n"), "nothing refused");
+  EXPECT_EQ(refusal_of(kOneAxisStem + "_motion.tsv", "1\t2\t0\n3\t4\t0.0019\n5\t6\t0.002\n7\t8\t0.003\n"),
+            kOneAxisStem +
+                "_motion.tsv:2: a time stamp 0.0019 s after the first is not allowed; expected 0.001 s, as "
+                "rows are equally spaced");
+}
+
+TEST_F(DatasetErrors, StateBothRatesWhereTheEffectiveOneOrAChannelsContradictsTheNominalOne) {
+  put_one_axis();
+  const std::string json = kOneAxisStem + "_motion.json";
+  EXPECT_EQ(
+      refusal_of(json, R"({"SamplingFrequency": 1000, "SamplingFrequencyEffective": 500})"),
+      json +
+          ": SamplingFrequencyEffective 500 is not allowed; expected within 10 % of the SamplingFrequency, "
+          "1000 Hz");
+  put(json, R"({"SamplingFrequency": 1000, "SamplingFrequencyEffective": 998.5})");
+  const auto recordings = read_dataset(root_);
+  ASSERT_TRUE(recordings) << recordings.error().message;
+  EXPECT_EQ(recordings->front().sampling_frequency, 998.5);
+  const std::string message =
+      refusal_of(kOneAxisStem + "_channels.tsv",
+                 "name\ttype\tunits\tsampling_frequency\nangle\tJNTANG\trad\t1000\ntorque\tMISC\tN m\t100\n");
+  EXPECT_NE(message.find("'100' is not allowed"), std::string::npos) << message;
+  EXPECT_NE(message.find("1000 Hz, the SamplingFrequency"), std::string::npos) << message;
+}
+
+TEST_F(DatasetErrors, StateBothDurationsWhereTheRowsContradictTheRecordingDuration) {
+  put_one_axis();
+  std::string rows;
+  for (int i = 0; i < 500; ++i) rows += "1\t2\n";
+  put(kOneAxisStem + "_motion.tsv", rows);
+  const std::string json = kOneAxisStem + "_motion.json";
+  EXPECT_EQ(refusal_of(json, R"({"SamplingFrequency": 1000, "RecordingDuration": 1})"),
+            kOneAxisStem +
+                "_motion.tsv: 500 rows at 1000 Hz, 0.5 s, are not allowed; expected 1 s, the "
+                "RecordingDuration of _motion.json");
+  EXPECT_EQ(refusal_of(json, R"({"SamplingFrequency": 1000, "RecordingDuration": 0.5})"), "nothing refused");
+}
+
+TEST_F(DatasetErrors, NameAChannelThatOccursTwice) {
+  put_one_axis();
+  const std::string message =
+      refusal_of(kOneAxisStem + "_channels.tsv",
+                 "name\ttype\tunits\nangle\tJNTANG\trad\ntorque\tMISC\tN m\nangle\tMISC\tV\n");
+  EXPECT_NE(message.find("every name once"), std::string::npos) << message;
+}
+
 TEST_F(DatasetErrors, NameADatasetWithoutRecordings) {
   EXPECT_EQ(refusal_of("dataset_description.json", "{}"),
             "dataset '" + root_.string() + "': has no recording; expected sub-*/[ses-*/]motion/*_motion.tsv");

@@ -135,6 +135,33 @@ TEST_F(DatasetReader, MarksARowWithNothingInAnyUsedColumnAsMissing) {
   EXPECT_EQ(rows[3].raw.force_V[1], 8.0);
 }
 
+TEST_F(DatasetReader, TakesTheStatedMissingValueAsNothing) {
+  put_one_axis();
+  put(kOneAxisStem + "_motion.json", R"({"SamplingFrequency": 1000, "MissingValues": "-999"})");
+  put(kOneAxisStem + "_motion.tsv", "1\t2\n3\t-999\n-999.0\t4\n5\tn/a\n6\t7\n");
+  const auto recordings = read_dataset(root_);
+  ASSERT_TRUE(recordings) << recordings.error().message;
+  const auto& rows = recordings->front().rows;
+  ASSERT_EQ(rows.size(), 5U);
+  EXPECT_FALSE(rows[0].is_missing);
+  EXPECT_TRUE(rows[1].is_missing && rows[2].is_missing && rows[3].is_missing);
+  EXPECT_FALSE(rows[4].is_missing);
+}
+
+TEST_F(DatasetReader, CommandThatIsNotKnownDoesNotMakeTheMeasuredRowMissing) {
+  put_one_axis();
+  put(kOneAxisStem + "_channels.tsv",
+      "name\ttype\tunits\nangle\tJNTANG\trad\ntorque\tMISC\tN m\nxc\tMISC\trad\n");
+  put(kOneAxisStem + "_motion.tsv", "1\t2\t0.5\n3\t4\tn/a\n");
+  const auto recordings = read_dataset(root_);
+  ASSERT_TRUE(recordings) << recordings.error().message;
+  const Recording& recording = recordings->front();
+  EXPECT_FALSE(recording.rows[1].is_missing);
+  ASSERT_EQ(recording.commanded.size(), 2U);
+  EXPECT_EQ(recording.commanded[0][0], 0.5);
+  EXPECT_FALSE(std::isfinite(recording.commanded[1][0]));
+}
+
 TEST_F(DatasetReader, TakesNothingOfAnIgnoredColumnAsItStands) {
   put_one_axis();
   put(kOneAxisStem + "_channels.tsv",
