@@ -1,5 +1,6 @@
 #include "analysis_service/identification/condition_book.hpp"
 
+#include <algorithm>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
@@ -63,8 +64,14 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
   for (const auto& [attempt, entry] : page.valid) trials.push_back(entry.trial);
 
   auto all_identified = impedance::identify_each(trials, settings_.analyses);
+  const bool has_records =
+      std::any_of(trials.begin(), trials.end(), [](const auto& trial) { return trial.is_continuous; });
   for (std::size_t i = 0; i < all_identified.size(); ++i) {
     const impedance::Options& options = settings_.analyses[i];
+    const impedance::Method method = has_records ? options.record_method : options.method;
+    // Of all methods, perturbations have the published ones.
+    const bool is_for_records = !has_records && method == impedance::Method::kSpectral;
+    if (is_for_records && settings_.analyses.size() > 1) continue;
     auto& identified = all_identified[i];
     ConditionEstimate estimate;
     estimate.condition = found->first;
@@ -73,7 +80,7 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
     if (identified) {
       estimate.estimate = std::move(*identified);
     } else {
-      estimate.estimate.method = options.method;
+      estimate.estimate.method = method;
       estimate.estimate.model = options.model;
       estimate.refusal = identified.error().message;
     }

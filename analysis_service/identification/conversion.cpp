@@ -1,7 +1,9 @@
 #include "analysis_service/identification/conversion.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <spdlog/fmt/fmt.h>
+#include <utility>
 
 #include "analysis_service/identification/trial_section.hpp"
 
@@ -55,7 +57,9 @@ Result<impedance::Trial> trial_from_rows(const TrialFrame& frame, const RigGeome
   }
   rows = rows.subspan(used.first, used.rows());
   const auto missing = std::find_if(rows.begin(), rows.end(), [](const Row& row) { return row.is_missing; });
-  if (missing != rows.end()) {
+  const bool is_any_there =
+      std::any_of(rows.begin(), rows.end(), [](const Row& row) { return !row.is_missing; });
+  if (missing != rows.end() && (frame.kind == TrialKind::kPerturbation || !is_any_there)) {
     return fail(ErrorCode::kDataLoss,
                 fmt::format("trial {}: row {} is missing, allowed is none", frame.number,
                             used.first + static_cast<std::size_t>(missing - rows.begin())));
@@ -63,17 +67,24 @@ Result<impedance::Trial> trial_from_rows(const TrialFrame& frame, const RigGeome
   std::vector<Eigen::Vector2d> commanded;
   commanded.reserve(rows.size());
   for (const Row& row : rows) commanded.emplace_back(row.commanded[0], row.commanded[1]);
+  const bool is_known = std::all_of(rows.begin(), rows.end(), [](const Row& row) {
+    return row.is_missing || (std::isfinite(row.commanded[0]) && std::isfinite(row.commanded[1]));
+  });
+  if (!is_known) commanded.clear();
 
   const auto samples = convert(rig, frame.shoulder, rows);
   const auto preparation = preparation_of(frame, rig);
+  std::vector<bool> is_missing;
+  for (const Row& row : rows) is_missing.push_back(row.is_missing);
   auto trial =
       frame.kind == TrialKind::kRecording
-          ? impedance::prepare_record(frame.number, samples, preparation, commanded)
+          ? impedance::prepare_record(frame.number, samples, preparation, commanded, std::move(is_missing))
           : impedance::prepare_trial(frame.number, samples, static_cast<Eigen::Index>(onset - used.first),
                                      preparation, commanded);
   if (!trial) return trial;
   trial->is_clipped = std::any_of(rows.begin(), rows.end(), [&](const Row& row) {
-    return row.is_saturated || impedance::is_clipped({&row.raw, 1}, rig.force_saturation_V);
+    return !row.is_missing &&
+           (row.is_saturated || impedance::is_clipped({&row.raw, 1}, rig.force_saturation_V));
   });
   return trial;
 }

@@ -47,8 +47,9 @@ struct TrialFrame {
 /// The one way from raw rows to what is identified: the service and the command line both take it, so that a
 /// live result and an offline one of the same rows are the same numbers. Of a perturbation: the rest before
 /// the onset (at most `frame.rest`) and everything up to the way back. `onset` is an index of `rows`. Of a
-/// recording: all rows, `onset` is not looked at. Errors: kDataLoss for a missing row or one that is not
-/// finite; those of impedance::prepare_trial. Pure and thread-safe.
+/// recording: all rows, `onset` is not looked at; missing rows stay marked in it. Errors: kDataLoss for a
+/// missing row of a perturbation, a recording without any row, or one that is not finite; those of
+/// impedance::prepare_trial. Pure and thread-safe.
 [[nodiscard]] Result<impedance::Trial> trial_from_rows(const TrialFrame& frame, const RigGeometry& rig,
                                                        std::span<const Row> rows, std::size_t onset);
 

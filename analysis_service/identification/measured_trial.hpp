@@ -29,7 +29,8 @@ enum class Phase : std::uint8_t {
 /// One acquired row. Rows are numbered without gaps per rig and start of its agent (epoch).
 struct Row {
   RawSample raw;
-  std::array<double, 2> commanded{};  ///< m in S, commanded displacement from the posture.
+  std::array<double, 2>
+      commanded{};  ///< m in S, commanded displacement from the posture; not finite: not known.
   Phase phase = Phase::kIdle;
   bool is_saturated = false;  ///< The rig saw a force channel at its end stop.
   bool is_missing = false;    ///< Nothing was measured here: lost for good, or n/a in a replayed recording.

@@ -223,6 +223,11 @@ std::string summary(const Measured& m, const JudgeLimits& limits) {
       kMillimetres * limits.excursion, kMillimetres * m.end_speed, kMillimetres * limits.end_speed);
 }
 
+/// Rows of a recording that may be missing: it is identified by the segments between the gaps.
+std::uint64_t allowed_gaps(std::size_t rows, const JudgeLimits& limits) {
+  return static_cast<std::uint64_t>(limits.recording_gaps * static_cast<double>(rows));
+}
+
 }  // namespace
 
 std::string_view name_of(Defect defect) {
@@ -282,16 +287,19 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
               perturbation_from(trial.rows, onset).end};
   }
   const auto rows = std::span(trial.rows).subspan(judged.first, judged.rows());
-  measured.saturated_rows = static_cast<std::uint64_t>(
-      std::count_if(rows.begin(), rows.end(), [&](const Row& row) { return is_saturated(row, rig); }));
+  measured.saturated_rows = static_cast<std::uint64_t>(std::count_if(
+      rows.begin(), rows.end(), [&](const Row& row) { return !row.is_missing && is_saturated(row, rig); }));
   measured.missing_rows = missing_rows(trial.rows, report.sample_rate);
 
   findings.add_if(
       measured.saturated_rows > 0, Defect::kSaturated,
       fmt::format("{} rows with the force sensor at its limit, allowed none", measured.saturated_rows));
   findings.add_if(
-      measured.missing_rows > 0, Defect::kGap,
-      fmt::format("{} of {} rows are missing, allowed none", measured.missing_rows, trial.rows.size()));
+      is_recording ? measured.missing_rows > allowed_gaps(trial.rows.size(), limits_)
+                   : measured.missing_rows > 0,
+      Defect::kGap,
+      fmt::format("{} of {} rows are missing, allowed {}", measured.missing_rows, trial.rows.size(),
+                  is_recording ? std::to_string(allowed_gaps(trial.rows.size(), limits_)) : "none"));
   findings.add_if(rig == nullptr, Defect::kUnknownRig, "no description to convert with");
   if (is_recording) return std::move(findings).verdict(measured, "valid: complete, not saturated");
   if (measured.missing_rows > 0 || rig == nullptr) return std::move(findings).verdict(measured, {});

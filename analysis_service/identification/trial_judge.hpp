@@ -29,6 +29,7 @@ enum class Defect : std::uint8_t {
 /// What a valid trial keeps within. Defaults are those of the published protocol where it states one.
 struct JudgeLimits {
   double start_offset = 0.005;  ///< m, half of the published target circle's diameter of 0.010 m.
+  double recording_gaps = 0.5;  ///< Share of a continuous recording's rows that may be missing.
   double excursion = 0.015;     ///< m from the rest. Published: perturbations stayed within 0.010 m.
 
   /// m/s before the onset: half of the peak of the published perturbation (0.005 m in 0.2 s peaks at 0.039

@@ -23,8 +23,10 @@ double spread(const Eigen::Matrix2d& scatter) {
 bool is_one_line(std::span<const Trial* const> trials, double window) {
   const auto commanded = [](const Trial& trial) -> const Signals& { return trial.commanded; };
   const auto measured = [](const Trial& trial) -> const Signals& { return trial.displacement; };
-  const bool has_command = std::ranges::all_of(
-      trials, [](const Trial* trial) { return trial->commanded.rows() == trial->samples(); });
+  // A command that is zero throughout is one that was not recorded.
+  const bool has_command = std::ranges::all_of(trials, [](const Trial* trial) {
+    return trial->commanded.rows() == trial->samples() && !trial->commanded.isZero(0.0);
+  });
   const bool is_continuous =
       std::ranges::any_of(trials, [](const Trial* trial) { return trial->is_continuous; });
   if (!is_continuous) {
@@ -102,6 +104,7 @@ Diagnosis diagnose(std::span<const Trial* const> trials, const Options& options,
     if (diagnosis.is_force_collinear) return diagnosis;
   }
   const auto lags = force_lags(response, frequency);
+  diagnosis.is_lag_examined = true;
   for (std::size_t axis = 0; axis < lags.size(); ++axis) {
     diagnosis.force_lag[static_cast<Eigen::Index>(axis)] = lags[axis].time;
     diagnosis.is_force_shifted |= lags[axis].is_shifted;

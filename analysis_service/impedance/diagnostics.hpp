@@ -14,6 +14,7 @@ struct Diagnosis {
   bool is_force_collinear = false;
   bool is_force_clipped = false;
   bool is_force_shifted = false;
+  bool is_lag_examined = false;
   AxisVector force_lag;  ///< s by which each force channel lags; positive: too late. 0 where not examined.
 };
 
@@ -27,7 +28,7 @@ inline constexpr double kFlatDuration = 0.025;  ///< s that a channel stands at 
 /// `options.window` s from the onset.
 ///
 /// Direction: axes ratio of the trials' mean commanded displacements (measured ones where the command is not
-/// known); of the whole scatter in continuous records.
+/// known, or zero throughout); of the whole scatter in continuous records.
 /// Collinear force and shifted force are judged on the condition's mean response (condition_response.hpp),
 /// which averages sensor noise and voluntary force over trials, behind a filter (8) of twice the motion's
 /// `frequency` (Hz, as tuned) and damping ratio 0.7; the shift by force_lag.hpp. Continuous records are not

@@ -97,7 +97,7 @@ AxisVector rest_force(const Trial& trial) {
 
 FitSignals fit_signals(const Trial& trial, const Options& options, double natural_frequency) {
   FitSignals signals;
-  switch (options.method) {
+  switch (trial.is_continuous ? options.record_method : options.method) {
     case Method::kLowpass:
       signals = lowpass(trial, options);
       break;
@@ -107,6 +107,8 @@ FitSignals fit_signals(const Trial& trial, const Options& options, double natura
     case Method::kStateVariable:
       signals = trial.axes() == 1 ? state_variable<1>(trial, options, natural_frequency)
                                   : state_variable<2>(trial, options, natural_frequency);
+      break;
+    case Method::kSpectral:  // fits no signals by sample
       break;
   }
   if (trial.handle_mass > 0.0) signals.force -= trial.handle_mass * signals.acceleration;

@@ -9,6 +9,7 @@
 #include "analysis_service/impedance/diagnostics.hpp"
 #include "analysis_service/impedance/fit_signals.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
+#include "analysis_service/impedance/record_identification.hpp"
 #include "analysis_service/impedance/sized.hpp"
 #include "analysis_service/impedance/tuning.hpp"
 #include "analysis_service/impedance/unit_factor.hpp"
@@ -84,7 +85,7 @@ void add_units(const Trial& trial, const FitSignals& signals, const Options& opt
     return;
   }
   Eigen::Index first = 0;
-  if (options.method == Method::kStateVariable) {
+  if (options.record_method == Method::kStateVariable) {
     const double decay = options.damping_ratio * 2.0 * std::numbers::pi * natural_frequency;
     first = std::min(rows_in(5.0 / decay), trial.samples() / 4);
   }
@@ -135,6 +136,40 @@ std::optional<Reason> fit(const TrialPointers& trials, const Options& options, E
   return std::nullopt;
 }
 
+/// Continuous records and perturbations are different data: which of them a condition has.
+Result<bool> are_records(const TrialPointers& trials, const Options& options) {
+  const auto records = std::ranges::count_if(trials, &Trial::is_continuous);
+  if (records != 0 && records != std::ssize(trials)) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("condition: {} continuous records beside {} perturbations are not allowed; expected "
+                    "one kind",
+                    records, std::ssize(trials) - records));
+  }
+  if (records == 0 && options.method == Method::kSpectral) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "method: spectral is not allowed for perturbations; expected lowpass, optimal or state_variable");
+  }
+  if (records != 0 && options.record_method == Method::kSpectral && options.model != Model::kLinear) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("model: {} is not allowed for continuous records by method spectral; expected linear",
+                    name_of(options.model)));
+  }
+  if (records == 0 || options.record_method == Method::kSpectral) return records != 0;
+  for (const Trial* trial : trials) {
+    const auto missing = std::ranges::count(trial->is_missing, true);
+    if (missing == 0) continue;
+    return fail(
+        ErrorCode::kDataLoss,
+        fmt::format("trial {}: {} missing rows are not allowed for method {}; expected none, or method "
+                    "spectral, which uses the segments between them",
+                    trial->number, missing, name_of(options.record_method)));
+  }
+  return true;
+}
+
 /// What every method and model finds in the same trials.
 struct Examination {
   double window = 0.0;  ///< s; with `block`, what it depends on.
@@ -165,6 +200,13 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   TrialPointers& trials = *ordered;
   const auto rows = static_cast<Eigen::Index>(std::llround(options.window / sample_period));
   estimate.axes = given.front().axes();
+  TONUS_TRY_ASSIGN(const bool is_record, are_records(trials, options));
+  if (is_record) estimate.method = options.record_method;
+  if (estimate.method == Method::kSpectral) {
+    for (const Trial* trial : trials) estimate.trials_used.push_back(trial->number);
+    identify_records(trials, estimate);
+    return estimate;
+  }
   reject_short(trials, rows, estimate);
   for (const Trial* trial : trials) estimate.trials_used.push_back(trial->number);
   if (trials.empty()) {
@@ -176,7 +218,7 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     known = examine(trials, options);
   estimate.force_lag = known->diagnosis.force_lag;
   std::optional<Reason> failure;
-  if (options.method == Method::kStateVariable) {
+  if (estimate.method == Method::kStateVariable) {
     estimate.natural_frequency = options.natural_frequency.value_or(known->frequency);
     if (estimate.natural_frequency <= 0.0) failure = Reason::kRankDeficient;
   }

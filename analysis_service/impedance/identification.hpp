@@ -2,8 +2,10 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <span>
+#include <string>
 #include <string_view>
 #include <vector>
 
@@ -33,7 +35,53 @@ enum class Reason : std::uint8_t {
   kForceShifted,       ///< Suspect: a force channel leads or lags the displacement.
   kClippedForce,       ///< Suspect: a force channel stands still at its extreme.
   kShortTrial,         ///< Trial left out: it ends before the window does.
+  kForceSign,          ///< Suspect: M, B and K are all negative: the force has the opposite sign.
+  kTooFewSamples,      ///< Undetermined: the records have too few usable rows.
+  kNoMotion,           ///< Undetermined: displacement or force of an axis does not move.
+  kTooFewSegments,     ///< Undetermined: no enough segments between the gaps while the input is on.
+  kNotCoherent,        ///< Undetermined: no band in which force and motion are coherent on every axis.
+  kWide,               ///< Undetermined: an interval is too wide for its matrix.
+  kUnexplained,        ///< Suspect, as are the following: the model explains too little of the force.
+  kIncoherent,         ///< Force and motion are hardly coherent in the band.
+  kHalvesDiffer,       ///< Two halves of the data give different matrices.
+  kUnsteady,           ///< Parts of a record scatter more than its noise explains.
+  kMisfit,             ///< The response departs from the model in a band.
+  kLag,                ///< The lag of the force is at the end of what is searched, or beyond what is allowed.
+  kFewUnits,           ///< Too few independent units for an interval.
+  kFriction,           ///< A part of the force follows the sign of the velocity, or its signed square.
+  kHardening,          ///< A part of the force follows the cube of the displacement.
+  kPositionDependent,  ///< Stiffness changes with position.
+  kHeldSamples,        ///< A channel repeats its samples, or joins those of a slower rate.
 };
+
+/// What an estimate is judged by; on the wire as FitTest.
+enum class FitTest : std::uint8_t {
+  kExplainedShare,
+  kCoherence,
+  kHalves,
+  kSteadiness,
+  kBands,
+  kLag,
+  kUnits,
+  kFriction,
+  kHardening,
+  kPosition,
+  kClipping,
+  kHeldSamples,
+  kWidth,
+};
+
+/// One of them: its value and the limit that it is held against (at least for share, coherence, units; else
+/// at most). An estimate is ok where all of its checks passed and it has no reason besides.
+struct FitCheck {
+  FitTest test = FitTest::kExplainedShare;
+  double value = 0.0;  ///< Not finite: could not be computed.
+  double limit = 0.0;
+  bool is_passed = false;
+};
+
+/// Names as files have them: explained_share, coherence, halves, ...
+[[nodiscard]] std::string_view name_of(FitTest test);
 
 /// Names as files have them: too_few_trials, single_direction, ... ; ok, undetermined, suspect.
 [[nodiscard]] std::string_view name_of(Reason reason);
@@ -74,7 +122,9 @@ struct Estimate {
   Method method = Method::kStateVariable;
   Model model = Model::kLinear;
   Status status = Status::kUndetermined;
-  std::vector<Reason> reasons;  ///< In the order of the enumeration, each once.
+  std::vector<Reason> reasons;            ///< In the order of the enumeration, each once.
+  std::map<Reason, std::string> details;  ///< Numbers and limits of some of them, one line each.
+  std::vector<FitCheck> checks;
   int axes = 0;
   Parameters value;  ///< All empty while undetermined; so are the next three.
   Parameters std;    ///< One standard deviation of each element, the trial being the independent unit.
@@ -93,6 +143,11 @@ struct Estimate {
       0;  ///< Independent units behind the intervals: trials, or blocks of a continuous record.
   double natural_frequency = 0.0;  ///< Hz, of (8); 0 in the other methods.
   AxisVector force_lag;            ///< s that each force channel lags what fits the displacement best.
+  AxisVector force_lag_low;        ///< s, ends of its 95 % interval; empty: not known.
+  AxisVector force_lag_high;
+  double band_low = 0.0;  ///< Hz, that a spectral fit used; 0 and 0: none was chosen.
+  double band_high = 0.0;
+  double segment_duration = 0.0;  ///< s, of a spectral fit.
   std::vector<ConvergencePoint> trace;
   std::optional<double> settling_time;  ///< s; none: not traced, or not settled before the window's end.
   Information information;
@@ -106,8 +161,9 @@ struct Estimate {
 /// Intervals: the trial is the independent unit (samples within one are correlated): leave-one-trial-out
 /// jackknife, Student's t with trials - 1 degrees of freedom. A continuous record is cut into blocks.
 /// Errors (kInvalidArgument): options out of limits, trials of different axes, sample period, or numbers that
-/// repeat, signals of different lengths, an onset outside the record. No trials at all is "undetermined".
-/// Pure, thread-safe, allocates.
+/// repeat, signals of different lengths, an onset outside the record, perturbations and continuous records in
+/// one condition, a method that does not suit them, gaps in a record that a published method is asked for. No
+/// trials at all is "undetermined". Pure, thread-safe, allocates.
 [[nodiscard]] Result<Estimate> identify(std::span<const Trial> trials, const Options& options);
 
 /// identify() by several methods and models, in their order: the same numbers, but what they share (tuning,

@@ -27,6 +27,8 @@ std::string_view name_of(Method method) {
       return "optimal";
     case Method::kStateVariable:
       return "state_variable";
+    case Method::kSpectral:
+      return "spectral";
   }
   return "unknown";
 }
@@ -47,8 +49,25 @@ std::string_view name_of(Model model) {
   return "unknown";
 }
 
-Result<Method> method_named(std::string_view name) { return named(kMethods, name, "method"); }
+Result<Method> method_named(std::string_view name) { return named(kRecordMethods, name, "method"); }
 Result<Model> model_named(std::string_view name) { return named(kModels, name, "model"); }
+
+Result<Options> with_method(Options options, std::string_view name) {
+  if (name == kAutomatic) return options;
+  auto method = method_named(name);
+  if (!method) return fail(method.error().code, method.error().message + ", auto or all");
+  options.method = options.record_method = *method;
+  return options;
+}
+
+std::vector<Options> by_every_method(const Options& options) {
+  std::vector<Options> all;
+  for (const Method method : kRecordMethods) {
+    all.push_back(options);
+    all.back().method = all.back().record_method = method;
+  }
+  return all;
+}
 
 Result<void> validate(const Options& options, double sample_period) {
   const auto refuse = [](const char* what, double value, const std::string& allowed) {

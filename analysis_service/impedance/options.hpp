@@ -3,16 +3,19 @@
 #include <cstdint>
 #include <optional>
 #include <string_view>
+#include <vector>
 
 #include "services/core/result.hpp"
 
 namespace tonus::impedance {
 
-/// Published methods to obtain the derivatives of the displacement (method, section 3).
+/// How a condition is identified: the published methods to obtain the derivatives of the displacement
+/// (method, section 3), and the one for continuous records.
 enum class Method : std::uint8_t {
   kLowpass,        ///< Zero-phase Butterworth, then central differences.
   kOptimal,        ///< Optimally regularised Fourier series.
   kStateVariable,  ///< T(s) of (8) on displacement and force; the one that runs sample by sample.
+  kSpectral,       ///< Continuous records only: in the frequency domain (analysis_service/spectral).
 };
 
 /// Models of the force (method, section 4), by equation number.
@@ -24,12 +27,15 @@ enum class Model : std::uint8_t {
   kSignedSquaredVelocity,  ///< (15) with x' |x'| for x'^2.
 };
 
+/// The published ones, which perturbations are identified by.
 inline constexpr Method kMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable};
+inline constexpr Method kRecordMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable,
+                                            Method::kSpectral};
 inline constexpr Model kModels[] = {Model::kLinear, Model::kNoDamping, Model::kCoriolis,
                                     Model::kSquaredVelocity, Model::kSignedSquaredVelocity};
 
-/// Names as files and the command line have them: lowpass, optimal, state_variable; linear, no_damping,
-/// coriolis, squared_velocity, signed_squared_velocity.
+/// Names as files and the command line have them: lowpass, optimal, state_variable, spectral; linear,
+/// no_damping, coriolis, squared_velocity, signed_squared_velocity.
 [[nodiscard]] std::string_view name_of(Method method);
 [[nodiscard]] std::string_view name_of(Model model);
 [[nodiscard]] Result<Method> method_named(std::string_view name);
@@ -37,7 +43,8 @@ inline constexpr Model kModels[] = {Model::kLinear, Model::kNoDamping, Model::kC
 
 /// How a condition is identified. The defaults are the published settings.
 struct Options {
-  Method method = Method::kStateVariable;
+  Method method = Method::kStateVariable;    ///< Of perturbations.
+  Method record_method = Method::kSpectral;  ///< Of continuous records; the published ones are biased there.
   Model model = Model::kLinear;
   double window = 1.0;   ///< s from the onset that are fitted, more than 0.
   double cutoff = 10.0;  ///< Hz, low-pass; also smooths the velocities of models (14), (15) in every method.
@@ -49,6 +56,15 @@ struct Options {
   double settling_share = 0.08;  ///< Of the largest element of each matrix: what counts as settled.
   bool has_trace = true;         ///< Computes the convergence trace.
 };
+
+/// "auto", the default: state_variable for perturbations, spectral for continuous records; a name: that
+/// method for both.
+inline constexpr std::string_view kAutomatic = "auto";
+[[nodiscard]] Result<Options> with_method(Options options, std::string_view name);
+
+/// The options by every method: of `all`, perturbations by the published ones and records by these and
+/// spectral.
+[[nodiscard]] std::vector<Options> by_every_method(const Options& options);
 
 /// Refuses options outside the limits stated at their fields, for data of this sample period (s).
 [[nodiscard]] Result<void> validate(const Options& options, double sample_period);

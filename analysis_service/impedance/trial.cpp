@@ -1,23 +1,31 @@
 #include "analysis_service/impedance/trial.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
+#include <utility>
 
 namespace tonus::impedance {
 namespace {
 
-Result<void> check_samples(std::span<const EndpointSample> samples, const Preparation& preparation) {
+Result<void> check_samples(std::span<const EndpointSample> samples, const Preparation& preparation,
+                           const std::vector<bool>& is_missing = {}) {
   const bool has_stamps = samples.front().acquisition_ns != samples.back().acquisition_ns;
+  std::size_t last = samples.size();  // that is there; none yet
   for (std::size_t k = 0; k < samples.size(); ++k) {
+    if (!is_missing.empty() && is_missing[k]) continue;
+    const std::size_t before = std::exchange(last, k);
     if (!samples[k].p_SE.allFinite() || !samples[k].f_S.allFinite()) {
       return fail(ErrorCode::kDataLoss, fmt::format("trial: sample {} is not finite", k));
     }
-    if (!has_stamps || k == 0) continue;
-    const double step = 1e-9 * static_cast<double>(samples[k].acquisition_ns - samples[k - 1].acquisition_ns);
-    if (std::abs(step - preparation.sample_period) > 0.5 * preparation.sample_period) {
+    if (!has_stamps || before == samples.size()) continue;
+    const double step =
+        1e-9 * static_cast<double>(samples[k].acquisition_ns - samples[before].acquisition_ns);
+    const double expected = static_cast<double>(k - before) * preparation.sample_period;
+    if (std::abs(step - expected) > 0.5 * preparation.sample_period) {
       return fail(ErrorCode::kDataLoss,
                   fmt::format("trial: sample {} comes {} s after the one before it, allowed is {} s", k, step,
-                              preparation.sample_period));
+                              expected));
     }
   }
   return {};
@@ -46,6 +54,22 @@ Trial copy_rows(std::uint32_t number, std::span<const EndpointSample> samples, c
 
 void subtract(Signals& signals, const AxisVector& offset) {
   for (Eigen::Index axis = 0; axis < signals.cols(); ++axis) signals.col(axis).array() -= offset[axis];
+}
+
+/// Takes the mean of the rows that are there away, where asked; the others become zero.
+void centre_present(Signals& signals, const std::vector<bool>& is_missing, bool is_centred) {
+  for (Eigen::Index axis = 0; axis < signals.cols(); ++axis) {
+    double sum = 0.0;
+    double count = 0.0;
+    for (Eigen::Index k = 0; k < signals.rows(); ++k) {
+      if (is_missing[static_cast<std::size_t>(k)]) continue;
+      sum += signals(k, axis);
+      count += 1.0;
+    }
+    const double mean = is_centred && count > 0.0 ? sum / count : 0.0;
+    for (Eigen::Index k = 0; k < signals.rows(); ++k)
+      signals(k, axis) = is_missing[static_cast<std::size_t>(k)] ? 0.0 : signals(k, axis) - mean;
+  }
 }
 
 Result<void> check_shapes(std::span<const EndpointSample> samples, const Preparation& preparation,
@@ -111,13 +135,27 @@ Result<Trial> prepare_trial(std::uint32_t number, std::span<const EndpointSample
 }
 
 Result<Trial> prepare_record(std::uint32_t number, std::span<const EndpointSample> samples,
-                             const Preparation& preparation, std::span<const Eigen::Vector2d> commanded) {
+                             const Preparation& preparation, std::span<const Eigen::Vector2d> commanded,
+                             std::vector<bool> is_missing) {
   if (auto valid = check_shapes(samples, preparation, commanded); !valid) return valid.error();
-  if (auto valid = check_samples(samples, preparation); !valid) return valid.error();
+  if (!is_missing.empty() && is_missing.size() != samples.size()) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("trial {}: {} marks of missing rows are not allowed; expected 0 or {}", number,
+                            is_missing.size(), samples.size()));
+  }
+  const bool has_gap = std::ranges::find(is_missing, true) != is_missing.end();
+  if (!has_gap) is_missing.clear();
+  if (auto valid = check_samples(samples, preparation, is_missing); !valid) return valid.error();
   Trial trial = copy_rows(number, samples, preparation, commanded);
   trial.is_continuous = true;
-  subtract(trial.displacement, mean_of_rows(trial.displacement, 0, trial.samples()));
-  if (preparation.is_force_tared) subtract(trial.force, mean_of_rows(trial.force, 0, trial.samples()));
+  if (!has_gap) {
+    subtract(trial.displacement, mean_of_rows(trial.displacement, 0, trial.samples()));
+    if (preparation.is_force_tared) subtract(trial.force, mean_of_rows(trial.force, 0, trial.samples()));
+    return trial;
+  }
+  trial.is_missing = std::move(is_missing);
+  centre_present(trial.displacement, trial.is_missing, true);
+  centre_present(trial.force, trial.is_missing, preparation.is_force_tared);
   return trial;
 }
 

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 #include <span>
+#include <vector>
 
 #include "analysis_service/impedance/axes.hpp"
 #include "services/core/result.hpp"
@@ -24,6 +25,8 @@ struct Trial {
   double handle_mass = 0.0;    ///< kg, m_h; its inertia m_h X" is taken from the force in the fit.
   bool is_clipped = false;     ///< The force sensor or its converter was at its limit (see is_clipped()).
   bool is_continuous = false;  ///< A stochastic record without onset: all of it is fitted, cut into blocks.
+  /// Of a continuous record, by row: it has no sample, its signals are zero. Empty: every row has one.
+  std::vector<bool> is_missing{};
 
   [[nodiscard]] int axes() const { return static_cast<int>(displacement.cols()); }
   [[nodiscard]] Eigen::Index samples() const { return displacement.rows(); }
@@ -52,10 +55,12 @@ struct Preparation {
                                           std::span<const Eigen::Vector2d> commanded = {});
 
 /// A continuous (stochastic) record: the mean position and, where tared, the mean force of the whole record
-/// are taken away. Errors as prepare_trial.
+/// are taken away. Rows marked in `is_missing` (empty, or one a sample) have no sample: what they hold is not
+/// looked at. Errors as prepare_trial.
 [[nodiscard]] Result<Trial> prepare_record(std::uint32_t number, std::span<const EndpointSample> samples,
                                            const Preparation& preparation,
-                                           std::span<const Eigen::Vector2d> commanded = {});
+                                           std::span<const Eigen::Vector2d> commanded = {},
+                                           std::vector<bool> is_missing = {});
 
 /// True where a force channel stood at its limit: |V| >= force_saturation_V.
 [[nodiscard]] bool is_clipped(std::span<const RawSample> raw, double saturation_V);

@@ -1,14 +1,50 @@
 #include "analysis_service/impedance/verdict.hpp"
 
 #include <algorithm>
+#include <spdlog/fmt/fmt.h>
+#include <utility>
 
 #include "analysis_service/impedance/ellipse.hpp"
+#include "analysis_service/impedance/force_lag.hpp"
 
 namespace tonus::impedance {
 namespace {
 
 bool is_positive_definite(const AxisMatrix& Z) {
   return Z.rows() == 1 ? Z(0, 0) > 0.0 : not_an_ellipse(Eigen::Matrix2d(Z)) == "ok";
+}
+
+/// What a force of the opposite sign looks like.
+bool is_every_diagonal_negative(const Estimate& estimate) {
+  if (estimate.model != Model::kLinear) return false;
+  for (const AxisMatrix* matrix : {&estimate.value.M, &estimate.value.B, &estimate.value.K}) {
+    if (!(matrix->diagonal().maxCoeff() < 0.0)) return false;
+  }
+  return true;
+}
+
+void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
+  const auto add = [&](FitTest test, double value, double limit, bool is_passed, Reason reason,
+                       std::string detail) {
+    estimate.checks.push_back({test, value, limit, is_passed});
+    if (is_passed) return;
+    estimate.reasons.push_back(reason);
+    estimate.details[reason] = std::move(detail);
+  };
+  const double explained = estimate.explained.minCoeff();
+  add(FitTest::kExplainedShare, explained, kLeastExplained, explained >= kLeastExplained,
+      Reason::kUnexplained,
+      fmt::format("the model explains {:.3g} % of the force, at least {:.3g} %", 100.0 * explained,
+                  100.0 * kLeastExplained));
+  if (diagnosis.is_lag_examined) {
+    const double lag = diagnosis.force_lag.cwiseAbs().maxCoeff();
+    const bool is_passed = !diagnosis.is_force_shifted;
+    estimate.checks.push_back(
+        {FitTest::kLag, lag, is_passed ? std::max(kLagTolerated, lag) : kLagTolerated, is_passed});
+  }
+  const auto units = static_cast<double>(estimate.units);
+  add(FitTest::kUnits, units, kFewestUnits, estimate.units >= kFewestUnits, Reason::kFewUnits,
+      fmt::format("{} independent units, at least {}", estimate.units, kFewestUnits));
 }
 
 }  // namespace
@@ -47,11 +83,78 @@ std::string_view name_of(Reason reason) {
       return "clipped_force";
     case Reason::kShortTrial:
       return "short_trial";
+    case Reason::kForceSign:
+      return "force_sign";
+    case Reason::kTooFewSamples:
+      return "too_few_samples";
+    case Reason::kNoMotion:
+      return "no_motion";
+    case Reason::kTooFewSegments:
+      return "too_few_segments";
+    case Reason::kNotCoherent:
+      return "not_coherent";
+    case Reason::kWide:
+      return "wide_interval";
+    case Reason::kUnexplained:
+      return "unexplained_force";
+    case Reason::kIncoherent:
+      return "incoherent";
+    case Reason::kHalvesDiffer:
+      return "halves_differ";
+    case Reason::kUnsteady:
+      return "unsteady";
+    case Reason::kMisfit:
+      return "misfit";
+    case Reason::kLag:
+      return "lag";
+    case Reason::kFewUnits:
+      return "few_units";
+    case Reason::kFriction:
+      return "friction";
+    case Reason::kHardening:
+      return "hardening";
+    case Reason::kPositionDependent:
+      return "position_dependent";
+    case Reason::kHeldSamples:
+      return "held_samples";
+  }
+  return "unknown";
+}
+
+std::string_view name_of(FitTest test) {
+  switch (test) {
+    case FitTest::kExplainedShare:
+      return "explained_share";
+    case FitTest::kCoherence:
+      return "coherence";
+    case FitTest::kHalves:
+      return "halves";
+    case FitTest::kSteadiness:
+      return "steadiness";
+    case FitTest::kBands:
+      return "bands";
+    case FitTest::kLag:
+      return "lag";
+    case FitTest::kUnits:
+      return "units";
+    case FitTest::kFriction:
+      return "friction";
+    case FitTest::kHardening:
+      return "hardening";
+    case FitTest::kPosition:
+      return "position";
+    case FitTest::kClipping:
+      return "clipping";
+    case FitTest::kHeldSamples:
+      return "held_samples";
+    case FitTest::kWidth:
+      return "width";
   }
   return "unknown";
 }
 
 void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis& diagnosis) {
+  if (estimate.checks.empty() && !failure) check_fit(estimate, diagnosis);
   const auto add = [&](bool is_so, Reason reason) {
     if (is_so) estimate.reasons.push_back(reason);
   };
@@ -65,6 +168,11 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.covariance.resize(0, 0);
     estimate.trace.clear();
     estimate.settling_time.reset();
+  } else if (is_every_diagonal_negative(estimate)) {
+    estimate.reasons.push_back(Reason::kForceSign);
+    estimate.details[Reason::kForceSign] =
+        "M, B and K are all negative: the force is that of the limb on the rig; state --force-sign -1";
+    estimate.status = Status::kSuspect;
   } else {
     add(!is_positive_definite(estimate.value.K), Reason::kNegativeStiffness);
     add(!is_positive_definite(estimate.value.M), Reason::kNegativeMass);
@@ -73,6 +181,8 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.status = estimate.reasons.empty() ? Status::kOk : Status::kSuspect;
   }
   std::ranges::sort(estimate.reasons);
+  const auto repeated = std::ranges::unique(estimate.reasons);
+  estimate.reasons.erase(repeated.begin(), repeated.end());
 }
 
 }  // namespace tonus::impedance

@@ -23,7 +23,8 @@ std::string defect_of(const store::SessionTrial& trial, const ArchivedTrial& arc
 std::string gap_in(const Result<ArchivedTrial>& archived) {
   if (!archived) return "gap: " + archived.error().message;
   const MeasuredTrial& measured = archived->measured;
-  if (measured.missing_rows == 0) return {};
+  const bool is_recording = measured.report.plan.kind == TrialKind::kRecording;
+  if (measured.missing_rows == 0 || (is_recording && measured.missing_rows < measured.rows.size())) return {};
   return fmt::format("gap: {} of {} samples are missing in the archive", measured.missing_rows,
                      measured.rows.size());
 }

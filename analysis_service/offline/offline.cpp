@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <iterator>
+#include <limits>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
@@ -21,7 +22,8 @@ std::vector<Row> rows_of(const recording::Recording& record, const recording::St
     Row row;
     row.raw = record.rows[i].raw;
     row.raw.acquisition_ns = recording::row_time_ns(record, i);
-    if (!record.commanded.empty()) row.commanded = record.commanded[i];
+    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+    row.commanded = record.commanded.empty() ? std::array{kUnknown, kUnknown} : record.commanded[i];
     row.phase = i < stretch.onset ? Phase::kWaiting : Phase::kPerturbing;
     row.is_missing = record.rows[i].is_missing;
     rows.push_back(row);
@@ -54,9 +56,12 @@ std::string defect_of(const recording::Recording& record, const recording::Pertu
                       std::span<const Row> rows) {
   if (!event.is_valid) return event.reason.empty() ? "flagged invalid" : event.reason;
   const auto missing = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.is_missing; });
-  if (missing > 0) return fmt::format("gap: {} rows missing, allowed none", missing);
+  const bool is_usable = event.is_continuous() && 2 * missing <= std::ssize(rows);
+  if (missing > 0 && !is_usable)
+    return fmt::format("gap: {} of {} rows missing, allowed {}", missing, rows.size(),
+                       event.is_continuous() ? "half" : "none");
   const auto saturated = std::count_if(rows.begin(), rows.end(), [&](const Row& row) {
-    return impedance::is_clipped({&row.raw, 1}, record.rig.force_saturation_V);
+    return !row.is_missing && impedance::is_clipped({&row.raw, 1}, record.rig.force_saturation_V);
   });
   if (saturated > 0)
     return fmt::format("saturated: {} rows with the force sensor at its limit, allowed none", saturated);
@@ -73,11 +78,20 @@ Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recordi
   owner.session = record.session;
   owner.run = record.run;
   OfflineBook book(analyses, std::move(owner));
+  std::size_t unused = 0;  // first row that no continuous event has yet
   for (const auto& event : record.events) {
     const recording::Stretch stretch = recording::stretch_of(record, event);
     const auto rows = rows_of(record, stretch);
     const TrialReport report = report_of(record, event, stretch, static_cast<std::uint32_t>(index));
-    if (auto why = defect_of(record, event, rows); !why.empty()) {
+    auto why = defect_of(record, event, rows);
+    if (why.empty() && event.is_continuous()) {
+      if (stretch.first < unused)
+        why = fmt::format("overlap: its rows begin {} rows before the end of the event before it, allowed 0",
+                          unused - stretch.first);
+      else
+        unused = stretch.last + 1;
+    }
+    if (!why.empty()) {
       book.leave_out(report, std::move(why));
       continue;
     }

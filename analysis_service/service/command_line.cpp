@@ -24,7 +24,9 @@ Result<std::vector<Value>> chosen(const std::vector<std::string>& names, std::sp
 }  // namespace
 
 void CommandLine::add_to(CLI::App& app) {
-  app.add_option("--method", methods_, "methods of identification, or all")->capture_default_str();
+  app.add_option("--method", methods_,
+                 "methods of identification, auto (state_variable; spectral for continuous records), or all")
+      ->capture_default_str();
   app.add_option("--model", models_, "models of the force, or all")->capture_default_str();
   app.add_option("--window", options_.window, "time from the onset that is fitted, s")
       ->check(CLI::PositiveNumber)
@@ -59,9 +61,20 @@ void CommandLine::add_to(CLI::App& app) {
       ->capture_default_str();
 }
 
+Result<std::vector<impedance::Options>> CommandLine::analyses_by_method() const {
+  std::vector<impedance::Options> analyses;
+  for (const std::string& name : methods_) {
+    if (name == "all") return impedance::by_every_method(options_);
+    TONUS_TRY_ASSIGN(const auto options, impedance::with_method(options_, name));
+    const bool is_new = std::none_of(analyses.begin(), analyses.end(), [&](const impedance::Options& other) {
+      return other.method == options.method && other.record_method == options.record_method;
+    });
+    if (is_new) analyses.push_back(options);
+  }
+  return analyses;
+}
+
 Result<ServiceSettings> CommandLine::settings(const std::string& rig) const {
-  const auto methods = chosen<impedance::Method>(methods_, impedance::kMethods, impedance::method_named);
-  if (!methods) return methods.error();
   const auto models = chosen<impedance::Model>(models_, impedance::kModels, impedance::model_named);
   if (!models) return models.error();
 
@@ -70,10 +83,9 @@ Result<ServiceSettings> CommandLine::settings(const std::string& rig) const {
   settings.force_sign = force_sign_;
   settings.core.judge = judge_;
   settings.core.book.analyses.clear();
-  for (const auto method : *methods) {
+  TONUS_TRY_ASSIGN(const auto by_method, analyses_by_method());
+  for (impedance::Options options : by_method) {
     for (const auto model : *models) {
-      impedance::Options options = options_;
-      options.method = method;
       options.model = model;
       options.natural_frequency = natural_frequency_;
       settings.core.book.analyses.push_back(options);

@@ -22,7 +22,9 @@ class CommandLine {
   [[nodiscard]] Result<ServiceSettings> settings(const std::string& rig) const;
 
  private:
-  std::vector<std::string> methods_{"state_variable"};
+  [[nodiscard]] Result<std::vector<impedance::Options>> analyses_by_method() const;
+
+  std::vector<std::string> methods_{std::string(impedance::kAutomatic)};
   std::vector<std::string> models_{"linear"};
   std::optional<double> natural_frequency_;
   impedance::Options options_;

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
 
@@ -127,9 +128,69 @@ v1::MatrixEstimate to_wire_matrix(const impedance::Estimate& estimate,
   return wire;
 }
 
+/// A reason's name, with its numbers where it has some.
+std::string text_of(const impedance::Estimate& estimate, impedance::Reason reason) {
+  const std::string name(impedance::name_of(reason));
+  const auto detail = estimate.details.find(reason);
+  return detail == estimate.details.end() ? name : name + ": " + detail->second;
+}
+
+v1::FitTest to_wire_test(impedance::FitTest test) {
+  using impedance::FitTest;
+  switch (test) {
+    case FitTest::kExplainedShare:
+      return v1::FIT_EXPLAINED_SHARE;
+    case FitTest::kCoherence:
+      return v1::FIT_COHERENCE;
+    case FitTest::kHalves:
+    case FitTest::kSteadiness:
+      return v1::FIT_HALVES;
+    case FitTest::kBands:
+      return v1::FIT_BANDS;
+    case FitTest::kLag:
+      return v1::FIT_LAG;
+    case FitTest::kUnits:
+      return v1::FIT_UNITS;
+    case FitTest::kFriction:
+      return v1::FIT_FRICTION;
+    case FitTest::kHardening:
+      return v1::FIT_HARDENING;
+    case FitTest::kPosition:
+      return v1::FIT_POSITION;
+    case FitTest::kClipping:
+      return v1::FIT_CLIPPING;
+    case FitTest::kHeldSamples:
+      return v1::FIT_HELD_SAMPLES;
+    case FitTest::kWidth:
+      return v1::FIT_WIDTH;
+  }
+  return v1::FIT_WIDTH;
+}
+
+std::vector<v1::FitCheck> checks_of(const impedance::Estimate& estimate) {
+  std::vector<v1::FitCheck> checks;
+  for (const impedance::FitCheck& check : estimate.checks) {
+    v1::FitCheck wire;
+    wire.test(to_wire_test(check.test));
+    wire.value(check.value);
+    wire.limit(check.limit);
+    wire.passed(check.is_passed);
+    checks.push_back(wire);
+  }
+  return checks;
+}
+
+/// By axis; not known where there is none.
+std::array<double, 2> elements_or_unknown(const impedance::AxisVector& vector) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  std::array<double, 2> values{kUnknown, kUnknown};
+  for (Eigen::Index i = 0; i < vector.size(); ++i) values[static_cast<std::size_t>(i)] = vector[i];
+  return values;
+}
+
 std::vector<std::string> reasons_of(const ConditionEstimate& estimate) {
   std::vector<std::string> reasons;
-  for (const auto reason : estimate.estimate.reasons) reasons.emplace_back(impedance::name_of(reason));
+  for (const auto reason : estimate.estimate.reasons) reasons.push_back(text_of(estimate.estimate, reason));
   if (!estimate.refusal.empty()) reasons.push_back(estimate.refusal);
   for (const auto& rejected : estimate.estimate.trials_rejected) {
     reasons.push_back(fmt::format("trial {}: {}", rejected.number, impedance::name_of(rejected.reason)));
@@ -290,8 +351,18 @@ v1::Estimate to_wire(const ConditionEstimate& estimate, const RigUnits& units) {
   wire.natural_frequency_Hz(is_state_variable ? found.natural_frequency : 0.0);
   wire.damping_ratio(is_state_variable ? estimate.options.damping_ratio : 0.0);
   wire.cutoff_Hz(found.method == impedance::Method::kLowpass ? estimate.options.cutoff : 0.0);
-  wire.window_s(estimate.options.window);
+  wire.window_s(found.method == impedance::Method::kSpectral ? found.segment_duration
+                                                             : estimate.options.window);
   wire.settled_s(found.settling_time.value_or(-1.0));
+  wire.explained_share(found.explained.size() > 0 ? found.explained.minCoeff()
+                                                  : std::numeric_limits<double>::quiet_NaN());
+  wire.lag_s(elements_or_unknown(found.force_lag));
+  wire.lag_low95_s(elements_or_unknown(found.force_lag_low));
+  wire.lag_high95_s(elements_or_unknown(found.force_lag_high));
+  wire.band_low_Hz(found.band_low);
+  wire.band_high_Hz(found.band_high);
+  wire.independent_units(to_count(found.units));
+  wire.checks(checks_of(found));
   for (const TrialSource& source : estimate.trials) wire.trials().push_back(to_wire_range(source));
   return wire;
 }

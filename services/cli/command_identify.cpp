@@ -22,7 +22,7 @@ namespace {
 struct IdentifyOptions {
   std::string source;   ///< Dataset or archive.
   std::string session;  ///< Of an archive; empty: the one that began last.
-  std::string method = "state_variable";
+  std::string method{impedance::kAutomatic};
   std::string model = "linear";
   impedance::Options settings;
   int force_sign = 0;
@@ -31,9 +31,9 @@ struct IdentifyOptions {
 
 /// Every combination of the methods and models asked for.
 Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& options) {
-  std::vector<impedance::Method> methods(std::begin(impedance::kMethods), std::end(impedance::kMethods));
+  std::vector<impedance::Options> methods = impedance::by_every_method(options.settings);
   if (options.method != "all") {
-    auto method = impedance::method_named(options.method);
+    auto method = impedance::with_method(options.settings, options.method);
     if (!method) return fail(method.error().code, "--method: " + method.error().message);
     methods = {*method};
   }
@@ -44,10 +44,9 @@ Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& optio
     models = {*model};
   }
   std::vector<impedance::Options> analyses;
-  for (const auto method : methods) {
+  for (const auto& method : methods) {
     for (const auto model : models) {
-      analyses.push_back(options.settings);
-      analyses.back().method = method;
+      analyses.push_back(method);
       analyses.back().model = model;
     }
   }
@@ -143,7 +142,11 @@ void add_identify_command(CLI::App& app, Command& chosen) {
       ->required();
   command->add_option("--session", options->session,
                       "of an archive: the session's id or its beginning; default: the one that began last");
-  command->add_option("--method", options->method, "lowpass, optimal, state_variable or all")
+  command
+      ->add_option("--method", options->method,
+                   "lowpass, optimal, state_variable, spectral or all; auto: state_variable for "
+                   "perturbations, spectral for "
+                   "continuous records")
       ->capture_default_str();
   command
       ->add_option("--model", options->model,

@@ -81,6 +81,25 @@ json ellipse(const v1::MatrixEstimate& m) {
   return {{"size", m.size()}, {"shape", m.shape()}, {"orientation_deg", m.orientation_deg()}};
 }
 
+json known_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json known_or_null(const std::array<double, 2>& values, unsigned axes) {
+  json cells = json::array();
+  for (unsigned i = 0; i < axes; ++i) cells.push_back(known_or_null(values[i]));
+  return cells;
+}
+
+json checks(const v1::Estimate& e) {
+  json all = json::array();
+  for (const v1::FitCheck& check : e.checks()) {
+    all.push_back({{"test", test_name(check.test())},
+                   {"value", known_or_null(check.value())},
+                   {"limit", known_or_null(check.limit())},
+                   {"passed", check.passed()}});
+  }
+  return all;
+}
+
 json condition(const ConditionResult& result) {
   const v1::Estimate& e = result.estimate;
   const unsigned axes = e.axes();
@@ -115,7 +134,15 @@ json condition(const ConditionResult& result) {
                  {"X0_m", vector_intervals(e.spring_centre_m(), axes)}};
     c["sigma_N"] = vector(e.sigma_N(), axes);
     c["condition_number"] = e.condition_number();
+    c["lag_s"] = known_or_null(e.lag_s(), axes);
+    c["lag_ci95_s"] = {{"low", known_or_null(e.lag_low95_s(), axes)},
+                       {"high", known_or_null(e.lag_high95_s(), axes)}};
+    c["band_Hz"] = e.band_high_Hz() > 0.0 ? json::array({e.band_low_Hz(), e.band_high_Hz()}) : json(nullptr);
   }
+  c["explained_share"] = known_or_null(e.explained_share());
+  c["independent_units"] = e.independent_units();
+  c["degrees_of_freedom"] = e.degrees_of_freedom();
+  c["checks"] = checks(e);
   if (axes == 2 && e.status() != v1::ESTIMATE_UNDETERMINED) {
     c["ellipses"] = {{"M", ellipse(e.mass_kg())},
                      {"B", ellipse(e.damping_Ns_per_m())},
@@ -157,6 +184,26 @@ json loaded_set(const study::LoadedSet& set) {
           {"sigma_N", pair(set.sigma)}};
 }
 
+/// What was chosen from the data and how well it fits.
+std::string fit_text(const v1::Estimate& e) {
+  std::string text;
+  const auto add = [&](const std::string& part) { text += (text.empty() ? "  " : "; ") + part; };
+  if (std::isfinite(e.explained_share())) add(fmt::format("explained {:.1f} %", 100.0 * e.explained_share()));
+  if (e.band_high_Hz() > 0.0)
+    add(fmt::format("band {:.3g} to {:.3g} Hz, segments of {:.3g} s", e.band_low_Hz(), e.band_high_Hz(),
+                    e.window_s()));
+  for (unsigned i = 0; i < e.axes(); ++i) {
+    if (!std::isfinite(e.lag_s()[i])) continue;
+    const std::string axis = e.axes() == 2 ? fmt::format(" of axis {}", i + 1) : std::string();
+    const double half = 0.5 * (e.lag_high95_s()[i] - e.lag_low95_s()[i]);
+    add(std::isfinite(half)
+            ? fmt::format("force lags{} {:+.3g} ± {:.2g} ms", axis, 1e3 * e.lag_s()[i], 1e3 * half)
+            : fmt::format("force lags{} {:+.3g} ms", axis, 1e3 * e.lag_s()[i]));
+  }
+  if (e.independent_units() > 0) add(fmt::format("{} independent units", e.independent_units()));
+  return text.empty() ? text : text + "\n";
+}
+
 }  // namespace
 
 json as_json(const std::vector<study::LoadedPosture>& postures) {
@@ -171,6 +218,40 @@ json as_json(const std::vector<study::LoadedPosture>& postures) {
                    {"sets", sets}});
   }
   return all;
+}
+
+const char* test_name(v1::FitTest test) {
+  switch (test) {
+    case v1::FIT_EXPLAINED_SHARE:
+      return "explained_share";
+    case v1::FIT_COHERENCE:
+      return "coherence";
+    case v1::FIT_WHITENESS:
+      return "whiteness";
+    case v1::FIT_HALVES:
+      return "halves";
+    case v1::FIT_BANDS:
+      return "bands";
+    case v1::FIT_METHODS:
+      return "methods";
+    case v1::FIT_LAG:
+      return "lag";
+    case v1::FIT_UNITS:
+      return "units";
+    case v1::FIT_FRICTION:
+      return "friction";
+    case v1::FIT_HARDENING:
+      return "hardening";
+    case v1::FIT_POSITION:
+      return "position";
+    case v1::FIT_CLIPPING:
+      return "clipping";
+    case v1::FIT_HELD_SAMPLES:
+      return "held_samples";
+    case v1::FIT_WIDTH:
+      return "width";
+  }
+  return "unknown";
 }
 
 const char* status_name(v1::EstimateStatus status) {
@@ -212,8 +293,8 @@ std::string as_text(const v1::Estimate& e, const Truth& truth) {
                             e.displacement_unit());
   text += axes == 2 ? fmt::format("; fitting error {:.3f}, {:.3f} N", e.sigma_N()[0], e.sigma_N()[1])
                     : fmt::format("; fitting error {:.3g} {}", e.sigma_N()[0], e.force_unit());
-  text += fmt::format("; condition number {:.0f}\n", e.condition_number());
-  return text;
+  if (e.condition_number() > 0.0) text += fmt::format("; condition number {:.0f}", e.condition_number());
+  return text + "\n" + fit_text(e);
 }
 
 json as_json(const std::vector<ConditionResult>& results) {

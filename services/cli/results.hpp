@@ -46,5 +46,7 @@ struct ConditionResult {
 
 /// "ok", "undetermined" or "suspect".
 [[nodiscard]] const char* status_name(v1::EstimateStatus status);
+/// explained_share, coherence, ... as in the names of FitTest.
+[[nodiscard]] const char* test_name(v1::FitTest test);
 
 }  // namespace tonus::cli

@@ -174,7 +174,8 @@ constexpr std::array kEstimateColumns{
         "trials_used", "", "trials behind the estimate",
         [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.trials_used()); }},
     CsvColumn<EstimateRow>{"quantity", "",
-                           "M mass, B damping, K stiffness, X0 spring centre, sigma fitting error",
+                           "M mass, B damping, K stiffness, X0 spring centre, sigma fitting error, "
+                           "explained_share, lag (of the force), band, independent_units",
                            [](const EstimateRow& row, CsvLine& line) { line.text(row.quantity); }},
     CsvColumn<EstimateRow>{"row", "", "of the element, from 1",
                            [](const EstimateRow& row, CsvLine& line) { line.whole(row.row + 1); }},

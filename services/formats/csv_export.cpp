@@ -1,5 +1,6 @@
 #include "services/formats/csv_export.hpp"
 
+#include <cmath>
 #include <spdlog/fmt/fmt.h>
 #include <string>
 
@@ -68,6 +69,21 @@ std::string estimate_lines(const v1::Estimate& e) {
   }
   for (std::uint32_t i = 0; i < e.axes(); ++i)
     text += line_of(estimate_columns(), EstimateRow{e, "sigma", i, 0, e.sigma_N()[i], {}, e.force_unit()});
+  const auto add = [&](std::string_view name, std::uint32_t axis, double value, const std::string& unit) {
+    if (std::isfinite(value))
+      text += line_of(estimate_columns(), EstimateRow{e, name, axis, 0, value, {}, unit});
+  };
+  add("explained_share", 0, e.explained_share(), "");
+  for (std::uint32_t i = 0; i < e.axes(); ++i) {
+    add("lag", i, e.lag_s()[i], "s");
+    add("lag_low95", i, e.lag_low95_s()[i], "s");
+    add("lag_high95", i, e.lag_high95_s()[i], "s");
+  }
+  if (e.band_high_Hz() > 0.0) {
+    add("band_low", 0, e.band_low_Hz(), "Hz");
+    add("band_high", 0, e.band_high_Hz(), "Hz");
+  }
+  add("independent_units", 0, e.independent_units(), "");
   return text;
 }
 

@@ -115,6 +115,21 @@ constexpr std::array kEstimateAttributes{
                         [](const Estimate& e) { return AttributeValue(e.natural_frequency_Hz()); }},
     Attribute<Estimate>{"damping_ratio", [](const Estimate& e) { return AttributeValue(e.damping_ratio()); }},
     Attribute<Estimate>{"cutoff_Hz", [](const Estimate& e) { return AttributeValue(e.cutoff_Hz()); }},
+    Attribute<Estimate>{"explained_share",
+                        [](const Estimate& e) { return AttributeValue(e.explained_share()); }},
+    Attribute<Estimate>{"lag_0_s", [](const Estimate& e) { return AttributeValue(e.lag_s()[0]); }},
+    Attribute<Estimate>{"lag_1_s", [](const Estimate& e) { return AttributeValue(e.lag_s()[1]); }},
+    Attribute<Estimate>{"band_low_Hz", [](const Estimate& e) { return AttributeValue(e.band_low_Hz()); }},
+    Attribute<Estimate>{"band_high_Hz", [](const Estimate& e) { return AttributeValue(e.band_high_Hz()); }},
+    Attribute<Estimate>{
+        "independent_units",
+        [](const Estimate& e) { return AttributeValue(std::int64_t{e.independent_units()}); }},
+    Attribute<Estimate>{"checks_failed",
+                        [](const Estimate& e) {
+                          return AttributeValue(static_cast<std::int64_t>(
+                              std::count_if(e.checks().begin(), e.checks().end(),
+                                            [](const v1::FitCheck& check) { return !check.passed(); })));
+                        }},
 };
 
 using Pair = std::array<double, 2>;

@@ -81,6 +81,8 @@ EstimateDifference difference_of(const v1::Estimate& a, const v1::Estimate& b) {
   c.compare("damping_ratio", a.damping_ratio(), b.damping_ratio());
   c.compare("cutoff", a.cutoff_Hz(), b.cutoff_Hz());
   c.compare("window", a.window_s(), b.window_s());
+  c.compare("band_low", a.band_low_Hz(), b.band_low_Hz());
+  c.compare("band_high", a.band_high_Hz(), b.band_high_Hz());
   c.require(a.samples() == b.samples(), "samples");
   c.require(a.trials_used() == b.trials_used(), "trials_used");
   c.require(a.status() == b.status(), "status");

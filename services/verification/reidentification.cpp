@@ -62,9 +62,9 @@ std::optional<impedance::Options> options_of(const v1::Estimate& estimate) {
   const auto model = impedance::model_named(estimate.model());
   if (!method || !model) return {};
   impedance::Options options;
-  options.method = *method;
+  options.method = options.record_method = *method;
   options.model = *model;
-  options.window = estimate.window_s();
+  if (*method != impedance::Method::kSpectral) options.window = estimate.window_s();
   if (estimate.cutoff_Hz() > 0.0) options.cutoff = estimate.cutoff_Hz();
   if (estimate.damping_ratio() > 0.0) options.damping_ratio = estimate.damping_ratio();
   return options;

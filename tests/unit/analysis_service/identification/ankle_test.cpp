@@ -48,6 +48,7 @@ TEST(AnkleRecords, GiveTheOrderOfTheirReadmeAndTheNumbersOfAnIndependentProgram)
   ASSERT_EQ(records->size(), 5U);
 
   CoreSettings settings;
+  settings.book.analyses[0].record_method = impedance::Method::kStateVariable;
   settings.book.analyses[0].natural_frequency = 30.0;
   settings.book.analyses[0].damping_ratio = 0.1;
   IdentificationCore core(settings);

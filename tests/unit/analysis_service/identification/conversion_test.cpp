@@ -1,5 +1,6 @@
 #include "analysis_service/identification/conversion.hpp"
 
+#include <cmath>
 #include <gmock/gmock.h>
 
 #include "tests/support/made_up_trial/made_up_trial.hpp"
@@ -98,6 +99,38 @@ TEST(TrialFromRows, RefusesMissingRowsAndNamesTheFirst) {
   ASSERT_FALSE(trial);
   EXPECT_EQ(trial.error().code, ErrorCode::kDataLoss);
   EXPECT_THAT(trial.error().message, HasSubstr("row 250 is missing"));
+}
+
+TEST(TrialFromRows, KeepsTheMissingRowsOfARecordingMarked) {
+  RigGeometry ankle;
+  ankle.kind = RigKind::kOneAxis;
+  ankle.counts_per_unit = {1.0, 1.0};
+  ankle.force_calibration = Eigen::Matrix2d::Identity();
+  std::vector<Row> rows(400);
+  for (std::size_t i = 0; i < rows.size(); ++i) {
+    rows[i].raw.acquisition_ns = 1'000'000LL * static_cast<std::int64_t>(i);
+    rows[i].raw.encoder_count = {i % 2 == 0 ? 0.01 : -0.01, 0.0};
+    rows[i].raw.force_V = {1.0, 0.0};
+  }
+  Row placeholder;
+  placeholder.is_missing = true;
+  rows[100] = rows[101] = placeholder;
+  TrialFrame frame;
+  frame.kind = TrialKind::kRecording;
+  frame.sample_rate = 1000.0;
+  const auto trial = trial_from_rows(frame, ankle, rows, 0);
+  ASSERT_TRUE(trial) << trial.error().message;
+  ASSERT_EQ(trial->is_missing.size(), 400U);
+  EXPECT_TRUE(trial->is_missing[100] && trial->is_missing[101] && !trial->is_missing[102]);
+  EXPECT_NEAR(trial->displacement(0, 0), 0.01, 1e-12);
+  EXPECT_FALSE(trial_from_rows(frame, ankle, std::vector<Row>(50, placeholder), 0)) << "no row at all";
+}
+
+TEST(TrialFromRows, CommandThatIsNotKnownIsNone) {
+  auto measured = made_up_trial({});
+  EXPECT_EQ(convert_all(measured)->commanded.rows(), convert_all(measured)->samples());
+  for (Row& row : measured.rows) row.commanded = {std::nan(""), std::nan("")};
+  EXPECT_EQ(convert_all(measured)->commanded.rows(), 0);
 }
 
 TEST(TrialFromRows, IsNotDisturbedByWhatIsMissingOnTheWayBack) {

@@ -162,6 +162,16 @@ TEST(TrialJudge, RefusesAGap) {
   EXPECT_EQ(verdict.measured.missing_rows, 5U);
 }
 
+TEST(TrialJudge, LetsGapsOfARecordingPassUpToHalfOfItsRows) {
+  auto trial = made_up_trial({});
+  trial.report.plan.kind = TrialKind::kRecording;
+  const std::size_t half = trial.rows.size() / 2;
+  for (std::size_t i = 0; i < half; ++i) trial.rows[i].is_missing = true;
+  EXPECT_TRUE(judge(trial).is_valid);
+  trial.rows[half].is_missing = trial.rows[half + 1].is_missing = true;
+  EXPECT_THAT(judge(trial).defects, ElementsAre(Defect::kGap));
+}
+
 TEST(TrialJudge, SeesAGapInTheAcquisitionStampsOfCompleteNumbers) {
   auto trial = made_up_trial({});
   for (std::size_t i = 300; i < trial.rows.size(); ++i) trial.rows[i].raw.acquisition_ns += 3 * 5'000'000LL;

@@ -37,6 +37,7 @@ TEST(MeasuredAnkle, HasTheImpedanceThatTheDataSetStates) {
     preparation.sample_period = 0.001;
     const Trial record = prepare_record(1, samples, preparation).value();
     Options options;
+    options.record_method = Method::kStateVariable;
     options.natural_frequency = 30.0;
     const Estimate e = identify({&record, 1}, options).value();
     EXPECT_EQ(e.status, Status::kOk) << "run " << run;

@@ -109,6 +109,7 @@ TEST(Intervals, CutALongRecordIntoBlocks) {
     record.force.middleRows(i * rows, rows) = trials[static_cast<std::size_t>(i)].force;
   }
   Options options;
+  options.record_method = Method::kStateVariable;
   options.natural_frequency = 2.6;
   const Estimate e = identify({&record, 1}, options).value();
   EXPECT_NE(e.status, Status::kUndetermined);

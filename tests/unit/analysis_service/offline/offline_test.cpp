@@ -81,6 +81,86 @@ TEST(IdentifyRecordings, LeavesOutATrialFlaggedInvalidWithTheRecordedReason) {
   EXPECT_EQ(estimates[0].estimate.trials_rejected(), 1U);
 }
 
+TEST(IdentifyRecordings, DoesNotNeedTheCommand) {
+  auto record = raw();
+  const auto with = only(identify(record));
+  record.commanded.clear();
+  const auto without = only(identify(record));
+  EXPECT_EQ(without.status(), v1::ESTIMATE_OK) << (without.reasons().empty() ? "" : without.reasons()[0]);
+  EXPECT_EQ(without.stiffness_N_per_m().value(), with.stiffness_N_per_m().value());
+}
+
+/// One axis, 60 s at 500 Hz: motion of random phases in 1 to 20 Hz, force of M 1.2, B 12, K 900.
+recording::Recording stochastic() {
+  recording::Recording record;
+  record.participant.id = "sub-01";
+  record.sampling_frequency = 500.0;
+  record.rig.kind = RigKind::kOneAxis;
+  record.rig.counts_per_unit = {1.0, 1.0};
+  record.rig.force_calibration.setIdentity();
+  record.rig.force_saturation_V = std::numeric_limits<double>::infinity();
+  record.rows.resize(30'000);
+  double phase = 0.3;
+  for (double hz = 1.013; hz < 20.0; hz += 0.0371) {
+    phase = std::fmod(phase * 7.31 + 1.7, 6.28);
+    const double w = 2.0 * 3.14159265358979323846 * hz;
+    for (std::size_t i = 0; i < record.rows.size(); ++i) {
+      const double angle = w * static_cast<double>(i) / 500.0 + phase;
+      record.rows[i].raw.encoder_count[0] += 1e-3 * std::cos(angle);
+      record.rows[i].raw.force_V[0] +=
+          1e-3 * ((900.0 - w * w * 1.2) * std::cos(angle) - w * 12.0 * std::sin(angle));
+    }
+  }
+  recording::PerturbationEvent event;
+  event.duration_s = 60.0;
+  record.events = {event};
+  return record;
+}
+
+TEST(IdentifyRecordings, ContinuousEventIsItsOwnRowsAndNoOthers) {
+  auto record = stochastic();
+  record.events[0].onset_s = 10.0;
+  record.events[0].duration_s = 30.0;
+  for (std::size_t i = 0; i < record.rows.size(); ++i) {  // another arm outside the event
+    if (i < 5000 || i >= 20'000) record.rows[i].raw.force_V[0] *= 2.0;
+  }
+  const auto found = only(identify(record));
+  EXPECT_EQ(found.method(), "spectral");
+  EXPECT_EQ(found.status(), v1::ESTIMATE_OK) << (found.reasons().empty() ? "" : found.reasons()[0]);
+  EXPECT_EQ(found.samples(), 15'000U);
+  EXPECT_NEAR(found.stiffness_N_per_m().value()[0], 900.0, 9.0);
+  EXPECT_NEAR(found.mass_kg().value()[0], 1.2, 0.012);
+}
+
+TEST(IdentifyRecordings, RowsOfContinuousEventsAreUsedOnce) {
+  auto record = stochastic();
+  record.events.push_back(record.events[0]);
+  record.events[1].trial = 2;
+  record.events[1].onset_s = 20.0;
+  record.events[1].duration_s = 10.0;
+  const auto estimates = identify(record);
+  EXPECT_EQ(only(estimates).samples(), 30'000U);
+  ASSERT_EQ(estimates[0].left_out.size(), 1U);
+  EXPECT_NE(estimates[0].left_out[0].reason.find("overlap"), std::string::npos);
+}
+
+TEST(IdentifyRecordings, GapsOfAContinuousRecordCostOnlyTheirSegments) {
+  auto record = stochastic();
+  for (const std::size_t row : {7000, 15'000, 15'001}) record.rows[row].is_missing = true;
+  const auto found = only(identify(record));
+  EXPECT_EQ(found.status(), v1::ESTIMATE_OK) << (found.reasons().empty() ? "" : found.reasons()[0]);
+  EXPECT_EQ(found.samples(), 29'997U);
+}
+
+TEST(IdentifyRecordings, ForceSignThatIsWrongIsNamedWithItsOption) {
+  auto record = stochastic();
+  record.rig.force_calibration(0, 0) = -1.0;
+  const auto found = only(identify(record));
+  EXPECT_EQ(found.status(), v1::ESTIMATE_SUSPECT);
+  ASSERT_FALSE(found.reasons().empty());
+  EXPECT_NE(found.reasons()[0].find("--force-sign"), std::string::npos) << found.reasons()[0];
+}
+
 TEST(IdentifyRecordings, LeavesOutATrialWithAGap) {
   auto record = raw();
   const std::size_t row = row_at(record, record.events[4].onset_s + 0.3);

@@ -243,6 +243,44 @@ TEST(Wire, GivesZerosForWhatAModelHasNot) {
   EXPECT_THAT(wire.damping_Ns_per_m().value(), ElementsAre(0.0, 0.0, 0.0, 0.0));
 }
 
+TEST(Wire, GivesLagBandUnitsAndChecksOfARecord) {
+  ConditionEstimate estimate;
+  impedance::Estimate& found = estimate.estimate;
+  found.method = impedance::Method::kSpectral;
+  found.axes = 1;
+  found.status = impedance::Status::kSuspect;
+  found.explained = impedance::AxisVector::Constant(1, 0.93);
+  found.force_lag = impedance::AxisVector::Constant(1, 0.004);
+  found.force_lag_low = impedance::AxisVector::Constant(1, 0.003);
+  found.force_lag_high = impedance::AxisVector::Constant(1, 0.005);
+  found.band_low = 1.5;
+  found.band_high = 40.0;
+  found.segment_duration = 2.0;
+  found.units = 15;
+  found.checks = {{impedance::FitTest::kCoherence, 0.9, 0.5, true},
+                  {impedance::FitTest::kFriction, 0.3, 0.02, false}};
+  found.reasons = {impedance::Reason::kFriction};
+  found.details[impedance::Reason::kFriction] = "30 % of the force";
+  const auto wire = to_wire(estimate, {"rad", "N m"});
+  EXPECT_EQ(wire.method(), "spectral");
+  EXPECT_EQ(wire.explained_share(), 0.93);
+  EXPECT_EQ(wire.lag_s()[0], 0.004);
+  EXPECT_EQ(wire.lag_low95_s()[0], 0.003);
+  EXPECT_EQ(wire.lag_high95_s()[0], 0.005);
+  EXPECT_FALSE(std::isfinite(wire.lag_s()[1])) << "there is no second axis";
+  EXPECT_EQ(wire.band_low_Hz(), 1.5);
+  EXPECT_EQ(wire.band_high_Hz(), 40.0);
+  EXPECT_EQ(wire.window_s(), 2.0);
+  EXPECT_EQ(wire.independent_units(), 15U);
+  EXPECT_EQ(wire.degrees_of_freedom(), 14.0);
+  ASSERT_THAT(wire.checks(), SizeIs(2));
+  EXPECT_EQ(wire.checks()[1].test(), v1::FIT_FRICTION);
+  EXPECT_EQ(wire.checks()[1].value(), 0.3);
+  EXPECT_EQ(wire.checks()[1].limit(), 0.02);
+  EXPECT_FALSE(wire.checks()[1].passed());
+  EXPECT_THAT(wire.reasons(), ElementsAre("friction: 30 % of the force"));
+}
+
 TEST(Wire, GivesReasonsWithinTheirBound) {
   ConditionEstimate estimate;
   estimate.refusal = "options: window is 0 s, allowed is more than 0 s";

@@ -1,0 +1,199 @@
+#include "analysis_service/impedance/record_identification.hpp"
+
+#include <Eigen/LU>
+#include <algorithm>
+#include <cmath>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/impedance/verdict.hpp"
+#include "analysis_service/spectral/identification.hpp"
+
+namespace tonus::impedance {
+namespace {
+
+std::string percent(double share) { return fmt::format("{:.3g} %", 100.0 * share); }
+
+/// What a failed check says. The remedies are in README.md.
+struct Finding {
+  FitTest test = FitTest::kExplainedShare;
+  Reason reason = Reason::kUnexplained;
+  std::string detail;
+};
+
+Finding finding_of(const spectral::Check& check, const spectral::Estimate& found) {
+  const double v = check.value;
+  const double limit = check.limit;
+  using spectral::Test;
+  switch (check.test) {
+    case Test::kExplainedShare:
+      return {FitTest::kExplainedShare, Reason::kUnexplained,
+              fmt::format("the model explains {} of the force, at least {}", percent(v), percent(limit))};
+    case Test::kCoherence:
+      return {FitTest::kCoherence, Reason::kIncoherent,
+              fmt::format("mean coherence {:.2f} in the band, at least {:.2f}", v, limit)};
+    case Test::kHalves:
+      return {FitTest::kHalves, Reason::kHalvesDiffer,
+              fmt::format("halves differ by {:.2f} joint 95 % half-widths, at most {:.2f}", v, limit)};
+    case Test::kSteadiness:
+      return {
+          FitTest::kSteadiness, Reason::kUnsteady,
+          fmt::format("parts of the record scatter {:.1f} times more than its noise explains, at most {:.1f}",
+                      v, limit)};
+    case Test::kBands:
+      return {FitTest::kBands, Reason::kMisfit,
+              fmt::format("the response departs from the model by {} in a band, at most {}{}", percent(v),
+                          percent(limit),
+                          found.is_part_of_band
+                              ? fmt::format("; the numbers are for {:.3g} to {:.3g} Hz, where it holds best",
+                                            found.band_low, found.band_high)
+                              : std::string{})};
+    case Test::kLag:
+      return {FitTest::kLag, Reason::kLag,
+              fmt::format("the force lags by {:.3g} ms, at most {:.3g} ms either way", 1e3 * v, 1e3 * limit)};
+    case Test::kUnits:
+      return {FitTest::kUnits, Reason::kFewUnits,
+              fmt::format("{:.0f} independent parts, at least {:.0f}", v, limit)};
+    case Test::kFriction:
+      return {FitTest::kFriction, Reason::kFriction,
+              fmt::format("{} of the force follows the velocity's sign or signed square, at most {}",
+                          percent(v), percent(limit))};
+    case Test::kHardening:
+      return {FitTest::kHardening, Reason::kHardening,
+              fmt::format("{} of the force follows the cube of the displacement, at most {}", percent(v),
+                          percent(limit))};
+    case Test::kPosition:
+      return {FitTest::kPosition, Reason::kPositionDependent,
+              fmt::format("stiffness changes by {} over the positions met, at most {}", percent(v),
+                          percent(limit))};
+    case Test::kClipping:
+      return {FitTest::kClipping, Reason::kClippedForce,
+              fmt::format("a channel stands at its end in {} of the samples, at most {}", percent(v),
+                          percent(limit))};
+    case Test::kHeldSamples:
+      return {FitTest::kHeldSamples, Reason::kHeldSamples,
+              fmt::format("{} of the samples of a channel repeat or join others, at most {}", percent(v),
+                          percent(limit))};
+    case Test::kWidth:
+      return {FitTest::kWidth, Reason::kWide,
+              fmt::format("a 95 % half-width is {} of its matrix, at most {}", percent(v), percent(limit))};
+  }
+  return {};
+}
+
+Reason reason_of(spectral::Shortage shortage) {
+  switch (shortage) {
+    case spectral::Shortage::kNone:
+    case spectral::Shortage::kTooFewSamples:
+      return Reason::kTooFewSamples;
+    case spectral::Shortage::kNoMotion:
+      return Reason::kNoMotion;
+    case spectral::Shortage::kTooFewSegments:
+      return Reason::kTooFewSegments;
+    case spectral::Shortage::kNotCoherent:
+      return Reason::kNotCoherent;
+  }
+  return Reason::kTooFewSamples;
+}
+
+std::string detail_of(spectral::Shortage shortage, Eigen::Index samples) {
+  switch (shortage) {
+    case spectral::Shortage::kNone:
+    case spectral::Shortage::kTooFewSamples:
+      return fmt::format("{} usable rows, at least {}", samples, spectral::kFewestRows);
+    case spectral::Shortage::kNoMotion:
+      return "displacement or force of an axis does not change";
+    case spectral::Shortage::kTooFewSegments:
+      return "the record is too short, or its gaps are too close, for 18 segments";
+    case spectral::Shortage::kNotCoherent:
+      return "fewer than 8 frequencies at which force and motion are coherent on every axis";
+  }
+  return {};
+}
+
+Eigen::Index usable_rows(std::span<const Trial* const> trials) {
+  Eigen::Index rows = 0;
+  for (const Trial* trial : trials) rows += trial->samples() - std::ranges::count(trial->is_missing, true);
+  return rows;
+}
+
+/// X0 of the mean force: the scatter of (19) over parts of the records states its uncertainty.
+void set_centre(std::span<const Trial* const> trials, const Eigen::MatrixXd& K, double t95,
+                Estimate& estimate) {
+  constexpr Eigen::Index kParts = 10;
+  const auto axes = K.rows();
+  const Eigen::MatrixXd compliance = K.inverse();
+  std::vector<Eigen::VectorXd> parts;
+  for (const Trial* trial : trials) {
+    for (Eigen::Index part = 0; part < kParts; ++part) {
+      const Eigen::Index first = part * trial->samples() / kParts;
+      const Eigen::Index rows = (part + 1) * trial->samples() / kParts - first;
+      parts.emplace_back(trial->displacement.middleRows(first, rows).colwise().mean().transpose() -
+                         compliance * trial->force.middleRows(first, rows).colwise().mean().transpose());
+    }
+  }
+  Eigen::VectorXd mean = Eigen::VectorXd::Zero(axes);
+  for (const auto& part : parts) mean += part / static_cast<double>(parts.size());
+  Eigen::VectorXd square = Eigen::VectorXd::Zero(axes);
+  for (const auto& part : parts) square += (part - mean).cwiseAbs2();
+  const auto count = static_cast<double>(parts.size());
+  estimate.value.X0 = mean;
+  estimate.std.X0 = (square / (count * (count - 1.0))).cwiseSqrt();
+  estimate.low.X0 = estimate.value.X0 - t95 * estimate.std.X0;
+  estimate.high.X0 = estimate.value.X0 + t95 * estimate.std.X0;
+}
+
+}  // namespace
+
+void identify_records(std::span<const Trial* const> trials, Estimate& estimate) {
+  std::vector<spectral::Record> records;
+  for (const Trial* trial : trials)
+    records.push_back({trial->sample_period, trial->displacement, trial->force, trial->is_missing});
+  const spectral::Estimate found = spectral::identify(records);
+  estimate.samples = usable_rows(trials);
+  Diagnosis diagnosis;
+  diagnosis.is_force_clipped = std::ranges::any_of(trials, &Trial::is_clipped);
+  if (found.outcome == spectral::Outcome::kNone) {
+    const Reason reason = reason_of(found.shortage);
+    conclude(estimate, reason, diagnosis);
+    estimate.details[reason] = detail_of(found.shortage, estimate.samples);
+    return;
+  }
+  estimate.units = static_cast<std::size_t>(found.blocks);
+  estimate.value.M = found.M;
+  estimate.value.M -= trials.front()->handle_mass * Eigen::MatrixXd::Identity(found.axes, found.axes);
+  estimate.value.B = found.B;
+  estimate.value.K = found.K;
+  estimate.std.M = found.M_error;
+  estimate.std.B = found.B_error;
+  estimate.std.K = found.K_error;
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K}) {
+    estimate.low.*matrix = estimate.value.*matrix - found.t95 * estimate.std.*matrix;
+    estimate.high.*matrix = estimate.value.*matrix + found.t95 * estimate.std.*matrix;
+  }
+  set_centre(trials, found.K, found.t95, estimate);
+  estimate.sigma = found.sigma;
+  estimate.explained = AxisVector::Constant(found.axes, found.explained);
+  estimate.force_lag = found.lag;
+  estimate.force_lag_low = found.lag - found.t95 * found.lag_error;
+  estimate.force_lag_high = found.lag + found.t95 * found.lag_error;
+  estimate.band_low = found.band_low;
+  estimate.band_high = found.band_high;
+  estimate.segment_duration = found.segment_duration;
+  std::optional<Reason> failure;
+  for (const spectral::Check& check : found.checks) {
+    Finding finding = finding_of(check, found);
+    estimate.checks.push_back({finding.test, check.value, check.limit, check.is_passed});
+    if (check.is_passed) continue;
+    const bool is_undetermined =
+        finding.reason == Reason::kWide && found.outcome == spectral::Outcome::kUndetermined;
+    if (is_undetermined) {
+      failure = finding.reason;
+    } else {
+      estimate.reasons.push_back(finding.reason);
+    }
+    estimate.details.emplace(finding.reason, std::move(finding.detail));
+  }
+  conclude(estimate, failure, diagnosis);
+}
+
+}  // namespace tonus::impedance
