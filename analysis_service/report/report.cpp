@@ -1,11 +1,14 @@
 #include "analysis_service/report/report.hpp"
 
-#include <cstdlib>
+#include <cerrno>
+#include <cstring>
+#include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
-#include <sys/wait.h>
 
 #include "analysis_service/report/figures.hpp"
 #include "analysis_service/report/tables.hpp"
+#include "services/core/file_descriptor.hpp"
+#include "services/core/process.hpp"
 #include "services/core/text_file.hpp"
 #include "services/runtime/version.hpp"
 
@@ -28,25 +31,27 @@ std::string script_of(const Figure& figure, const char* terminal, const char* ex
       figure.id, extension, figure.script);
 }
 
-/// Runs gnuplot in the folder. Its own clock must not show in what it writes.
+/// Runs gnuplot in the folder.
 Result<void> run_gnuplot(const std::filesystem::path& folder, const std::string& script_file) {
-  const std::string log = script_file + ".log";
-  const std::string command =
-      fmt::format("cd '{}' && LC_ALL=C.UTF-8 gnuplot '{}' > '{}' 2>&1", folder.string(), script_file, log);
-  const int status = std::system(command.c_str());
-  const bool is_good = WIFEXITED(status) && WEXITSTATUS(status) == 0;
-  const auto said = read_text_file(folder / log);
-  std::error_code none;
-  std::filesystem::remove(folder / log, none);
-  if (is_good) return {};
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 127)
+  if (!find_program("gnuplot"))
     return fail(ErrorCode::kUnavailable, "gnuplot is not installed; figures need it (package gnuplot-nox)");
+  const auto log = folder / (script_file + ".log");
+  const FileDescriptor output(open(log.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_CLOEXEC, 0644));
+  if (!output.is_open())
+    return fail(ErrorCode::kIo, fmt::format("{}: {}", log.string(), std::strerror(errno)));
+  const auto end = run_process({"gnuplot", script_file},
+                               {.output = output.get(), .folder = folder, .environment = {"LC_ALL=C.UTF-8"}});
+  const auto said = read_text_file(log);
+  std::error_code none;
+  std::filesystem::remove(log, none);
+  if (!end) return end.error();
+  if (end->is_success()) return {};
   return fail(ErrorCode::kUnavailable,
-              fmt::format("gnuplot refuses {}: {}", script_file, said ? *said : std::string()));
+              fmt::format("gnuplot {} {}: {}", script_file, end->text(), said ? *said : std::string()));
 }
 
-/// The date that gnuplot's PDF bears is taken out, in place: the same study gives the same octets.
-Result<void> take_date_out(const std::filesystem::path& file) {
+/// Replaces the creation date of a PDF of gnuplot by zeros, in place: the same study gives the same bytes.
+Result<void> clear_creation_date(const std::filesystem::path& file) {
   auto pdf = read_text_file(file);
   if (!pdf) return pdf.error();
   constexpr std::string_view kKey = "/CreationDate (D:";
@@ -69,7 +74,7 @@ Result<void> draw(const Figure& figure, const std::filesystem::path& folder) {
   const std::string script_file = figure.id + ".gp";
   if (auto written = write_text_file(folder / script_file, script); !written) return written;
   if (auto drawn = run_gnuplot(folder, script_file); !drawn) return drawn;
-  return take_date_out(folder / (figure.id + ".pdf"));
+  return clear_creation_date(folder / (figure.id + ".pdf"));
 }
 
 std::string html_of(const Figure& figure) {

@@ -7,36 +7,14 @@
 #include <fcntl.h>
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
-#include <thread>
-#include <unistd.h>
 
-#include "services/core/lifetime.hpp"
+#include "services/core/file_descriptor.hpp"
 
 namespace tonus::cli {
 namespace {
 
 constexpr std::chrono::milliseconds kLongestPause{5000};
 constexpr std::chrono::seconds kStopPatience{5};
-
-std::string how_it_ended(int status) {
-  if (WIFSIGNALED(status)) return fmt::format("was ended by signal {}", WTERMSIG(status));
-  return fmt::format("ended with exit code {}", WEXITSTATUS(status));
-}
-
-/// In the child, between fork and exec: only calls that are safe there.
-[[noreturn]] void become(const std::vector<char*>& arguments, int log) {
-  prctl(PR_SET_PDEATHSIG, SIGTERM);
-  setpgid(0, 0);  // a Ctrl-C at the terminal is the supervisor's to pass on
-  unblock_stop_signals();
-  dup2(log, STDOUT_FILENO);
-  dup2(log, STDERR_FILENO);
-  const int null = open("/dev/null", O_RDONLY | O_CLOEXEC);
-  if (null >= 0) dup2(null, STDIN_FILENO);
-  execv(arguments[0], arguments.data());
-  _exit(127);
-}
 
 }  // namespace
 
@@ -58,23 +36,10 @@ Result<Supervisor> Supervisor::start(std::vector<ServiceCommand> services, std::
 Result<void> Supervisor::launch(Child& child) {
   std::vector<std::string> words{child.command.program.string()};
   words.insert(words.end(), child.command.arguments.begin(), child.command.arguments.end());
-  std::vector<char*> arguments;
-  for (auto& word : words) arguments.push_back(word.data());
-  arguments.push_back(nullptr);
-  if (access(arguments[0], X_OK) != 0) {
-    return fail(ErrorCode::kNotFound,
-                fmt::format("{}: {}; a program is needed", words[0], std::strerror(errno)));
-  }
-  const int log = open(log_of(child).c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644);
-  if (log < 0)
+  const FileDescriptor log(open(log_of(child).c_str(), O_WRONLY | O_CREAT | O_APPEND | O_CLOEXEC, 0644));
+  if (!log.is_open())
     return fail(ErrorCode::kIo, fmt::format("{}: {}", log_of(child).string(), std::strerror(errno)));
-
-  const pid_t process = fork();
-  if (process == 0) become(arguments, log);
-  close(log);
-  if (process < 0)
-    return fail(ErrorCode::kUnavailable, fmt::format("cannot start {}: {}", words[0], std::strerror(errno)));
-  child.process = process;
+  TONUS_TRY_ASSIGN(child.process, ChildProcess::start(words, {log.get(), {}, {}}));
   child.started = clock_->now();
   return {};
 }
@@ -82,21 +47,20 @@ Result<void> Supervisor::launch(Child& child) {
 Result<std::vector<std::string>> Supervisor::poll() {
   std::vector<std::string> news;
   for (auto& child : children_) {
-    int status = 0;
-    if (child.process != 0 && waitpid(child.process, &status, WNOHANG) == child.process) {
-      child.process = 0;
+    if (const auto end = child.process ? child.process->poll() : std::nullopt) {
+      child.process.reset();
       const auto lived = clock_->now() - child.started;
-      const bool refused = WIFEXITED(status) && (WEXITSTATUS(status) == 1 || WEXITSTATUS(status) == 2);
+      const bool refused = !end->is_signal && (end->number == 1 || end->number == 2);
       if (refused && child.restarts == 0 && lived < std::chrono::seconds(1)) {
         return fail(ErrorCode::kInvalidArgument, last_words(child));
       }
       if (lived > kLongestPause) child.pause = std::chrono::milliseconds(200);
       child.restart_at = clock_->now() + child.pause;
-      news.push_back(fmt::format("{} {}; starting it again in {:.1f} s", child.command.name,
-                                 how_it_ended(status), std::chrono::duration<double>(child.pause).count()));
+      news.push_back(fmt::format("{} {}; starting it again in {:.1f} s", child.command.name, end->text(),
+                                 std::chrono::duration<double>(child.pause).count()));
       child.pause = std::min(2 * child.pause, kLongestPause);
     }
-    if (child.process == 0 && clock_->now() >= child.restart_at) {
+    if (!child.process && clock_->now() >= child.restart_at) {
       ++child.restarts;
       if (auto launched = launch(child); !launched) return launched.error();
     }
@@ -112,26 +76,20 @@ void Supervisor::stop() {
 
 void Supervisor::stop_those(const std::function<bool(const Child&)>& is_meant) {
   for (const auto& child : children_) {
-    if (child.process != 0 && is_meant(child)) kill(child.process, SIGTERM);
+    if (child.process && is_meant(child)) child.process->signal(SIGTERM);
   }
   const auto deadline = std::chrono::steady_clock::now() + kStopPatience;
   for (auto& child : children_) {
-    if (!is_meant(child)) continue;
-    while (child.process != 0 && waitpid(child.process, nullptr, WNOHANG) == 0) {
-      if (std::chrono::steady_clock::now() > deadline) {
-        kill(child.process, SIGKILL);
-        waitpid(child.process, nullptr, 0);
-        break;
-      }
-      std::this_thread::sleep_for(std::chrono::milliseconds(5));
-    }
-    child.process = 0;
+    if (!child.process || !is_meant(child)) continue;
+    const auto left = deadline - std::chrono::steady_clock::now();
+    (void)child.process->wait_for(std::chrono::duration_cast<std::chrono::milliseconds>(left));
+    child.process.reset();  // kills it if it still runs
   }
 }
 
 pid_t Supervisor::process_of(const std::string& name) const {
   for (const auto& child : children_) {
-    if (child.command.name == name) return child.process;
+    if (child.command.name == name) return child.process ? child.process->id() : 0;
   }
   return 0;
 }

@@ -2,11 +2,13 @@
 
 #include <filesystem>
 #include <functional>
+#include <optional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
 
 #include "services/core/clock.hpp"
+#include "services/core/process.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus::cli {
@@ -16,7 +18,7 @@ struct ServiceCommand {
   std::string name;  ///< For messages and the log file, "archive".
   std::filesystem::path program;
   std::vector<std::string> arguments;
-  bool ends_last = false;  ///< Is told to end once the others have ended: who keeps what they say.
+  bool ends_last = false;  ///< Is stopped after the others: it records what they say.
 };
 
 /// Starts the services of one machine and starts again each one that dies, after a pause that doubles from
@@ -34,7 +36,7 @@ class Supervisor {
   /// command line (exit code 1 or 2 within a second of its first start) is an error: its last words.
   [[nodiscard]] Result<std::vector<std::string>> poll();
 
-  /// SIGTERM to all, to those that end last once the others have ended, and SIGKILL to whoever is still there
+  /// SIGTERM to all, to those that end last once the others have ended, and SIGKILL to those that still run
   /// 5 s later.
   void stop();
 
@@ -44,7 +46,7 @@ class Supervisor {
  private:
   struct Child {
     ServiceCommand command;
-    pid_t process = 0;
+    std::optional<ChildProcess> process;
     Clock::TimePoint started;
     Clock::TimePoint restart_at;
     std::chrono::milliseconds pause{200};

@@ -81,7 +81,7 @@ link_masses_kg = [2.2, 1.6]
 damping_time_s = { shoulder = 0.06, elbow = 0.06, two_joint = 0.06 }
 )";
 
-bool has_gnuplot() { return std::system("command -v gnuplot > /dev/null 2>&1") == 0; }
+bool has_gnuplot() { return find_program("gnuplot").has_value(); }
 
 TEST(StudySubject, IsMeasuredSessionBySessionOnServicesThatAreUp) {
   const TemporaryFolder folder;

@@ -1,6 +1,5 @@
 #include "tests/support/process.hpp"
 
-#include <csignal>
 #include <cstdlib>
 #include <fcntl.h>
 #include <fstream>
@@ -8,10 +7,10 @@
 #include <sstream>
 #include <stdexcept>
 #include <sys/file.h>
-#include <sys/prctl.h>
-#include <sys/wait.h>
 #include <thread>
 #include <unistd.h>
+
+#include "services/core/file_descriptor.hpp"
 
 namespace tonus::testing {
 namespace {
@@ -34,47 +33,16 @@ Process::Process(const std::filesystem::path& program, const std::vector<std::st
     : output_(std::move(output)) {
   std::vector<std::string> words{program.string()};
   words.insert(words.end(), arguments.begin(), arguments.end());
-  std::vector<char*> pointers;
-  for (auto& word : words) pointers.push_back(word.data());
-  pointers.push_back(nullptr);
-  const int file = open(output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644);
-  id_ = fork();
-  if (id_ == 0) {
-    prctl(PR_SET_PDEATHSIG, SIGTERM);
-    setpgid(0, 0);
-    dup2(file, STDOUT_FILENO);
-    dup2(file, STDERR_FILENO);
-    execv(pointers[0], pointers.data());
-    _exit(127);
-  }
-  if (file >= 0) close(file);
-  if (id_ < 0) throw std::runtime_error("cannot start " + words[0]);
+  const FileDescriptor file(open(output_.c_str(), O_WRONLY | O_CREAT | O_TRUNC | O_APPEND | O_CLOEXEC, 0644));
+  auto started = ChildProcess::start(words, {file.get(), {}, {}});
+  if (!started) throw std::runtime_error(started.error().message);
+  process_ = *std::move(started);
 }
-
-Process::~Process() {
-  if (has_ended_) return;
-  signal(SIGTERM);
-  if (wait(std::chrono::seconds(10)) == kStillRunning) {
-    kill(-id_, SIGKILL);
-    kill(id_, SIGKILL);
-    (void)wait(std::chrono::seconds(5));
-  }
-}
-
-void Process::signal(int number) const { kill(id_, number); }
 
 int Process::wait(std::chrono::milliseconds limit) {
-  wait_until(
-      [this] {
-        int status = 0;
-        if (!has_ended_ && waitpid(id_, &status, WNOHANG) == id_) {
-          has_ended_ = true;
-          code_ = WIFEXITED(status) ? WEXITSTATUS(status) : -WTERMSIG(status);
-        }
-        return has_ended_;
-      },
-      limit);
-  return has_ended_ ? code_ : kStillRunning;
+  const auto end = process_->wait_for(limit);
+  if (!end) return kStillRunning;
+  return end->is_signal ? -end->number : end->number;
 }
 
 std::string Process::output() const {

@@ -2,9 +2,12 @@
 
 #include <chrono>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <sys/types.h>
 #include <vector>
+
+#include "services/core/process.hpp"
 
 namespace tonus::testing {
 
@@ -14,11 +17,11 @@ class Process {
   /// Starts `program` in a process group of its own; standard output and error go to `output`.
   Process(const std::filesystem::path& program, const std::vector<std::string>& arguments,
           std::filesystem::path output);
-  ~Process();
+  ~Process() { process_->stop(std::chrono::seconds(10)); }
   Process(const Process&) = delete;
   Process& operator=(const Process&) = delete;
 
-  void signal(int number) const;
+  void signal(int number) const { process_->signal(number); }
 
   /// Exit code, or -signal; kStillRunning after `limit`.
   [[nodiscard]] int wait(std::chrono::milliseconds limit);
@@ -30,13 +33,11 @@ class Process {
   /// True as soon as `text` has been printed; false after `limit` or when the process has ended without it.
   [[nodiscard]] bool wait_for_output(const std::string& text, std::chrono::milliseconds limit);
 
-  [[nodiscard]] pid_t id() const { return id_; }
+  [[nodiscard]] pid_t id() const { return process_->id(); }
 
  private:
   std::filesystem::path output_;
-  pid_t id_ = 0;
-  bool has_ended_ = false;
-  int code_ = kStillRunning;
+  std::optional<ChildProcess> process_;
 };
 
 /// The only child of `parent` whose program has this name, 0 if there is none now.

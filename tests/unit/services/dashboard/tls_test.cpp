@@ -1,7 +1,7 @@
 #include <boost/asio/ssl.hpp>
 #include <boost/beast/ssl.hpp>
-#include <cstdlib>
 
+#include "services/core/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/dashboard/gateway_fixture.hpp"
 
@@ -21,11 +21,12 @@ ServerOptions with_certificate(const std::string& certificate, const std::string
 class TlsTest : public ::testing::Test {
  protected:
   void SetUp() override {
-    const std::string command =
-        "openssl req -x509 -newkey ec -pkeyopt ec_paramgen_curve:prime256v1 -nodes -days 1 "
-        "-subj /CN=localhost -addext subjectAltName=DNS:localhost -keyout " +
-        key() + " -out " + certificate() + " 2>/dev/null";
-    ASSERT_EQ(std::system(command.c_str()), 0);
+    const auto made =
+        run_process({"openssl", "req", "-x509", "-newkey", "ec", "-pkeyopt", "ec_paramgen_curve:prime256v1",
+                     "-nodes", "-days", "1", "-subj", "/CN=localhost", "-addext",
+                     "subjectAltName=DNS:localhost", "-keyout", key(), "-out", certificate()},
+                    {});
+    ASSERT_TRUE(made && made->is_success());
   }
   std::string certificate() const { return (folder_ / "certificate.pem").string(); }
   std::string key() const { return (folder_ / "key.pem").string(); }
