@@ -148,6 +148,7 @@ std::vector<ForceLag> force_lags(const ConditionResponse& response, double frequ
     for (std::size_t i = 0; i < axes; ++i) fits[i].push_back(of_channels[i]);
   }
   std::vector<ForceLag> lags;
+  lags.reserve(fits.size());
   for (const auto& channel : fits) lags.push_back(lag_from(channel, examined->reach, response.sample_period));
   return lags;
 }

@@ -59,6 +59,7 @@ void print(const std::vector<ListedSession>& sessions) {
   // As many digits as tell the sessions apart, and 8 at least.
   std::size_t digits = 8;
   std::vector<std::string> ids;
+  ids.reserve(sessions.size());
   for (const auto& session : sessions) ids.push_back(to_hex(session.record.session));
   std::sort(ids.begin(), ids.end());
   for (std::size_t i = 1; i < ids.size(); ++i) {
