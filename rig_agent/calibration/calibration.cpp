@@ -6,9 +6,10 @@
 #include <spdlog/fmt/fmt.h>
 #include <sstream>
 
+#include "services/config/checked_table.hpp"
+#include "services/config/toml_text.hpp"
 #include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
-#include "services/core/toml_depth.hpp"
 
 namespace tonus::calibration {
 namespace {
@@ -66,40 +67,40 @@ Result<Calibration> Calibration::load(const std::filesystem::path& file, const s
 
 Result<Calibration> Calibration::parse(std::string_view text, const std::string& source,
                                        const std::string& driver) {
-  TONUS_TRY(check_toml_depth(text, source));
   Calibration calibration(driver);
-  try {
-    calibration.document_ = toml::parse(text, source);
-  } catch (const toml::parse_error& error) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: line {}: {}", source, error.source().begin.line, error.description()));
-  }
+  TONUS_TRY_ASSIGN(calibration.document_, config::parse_toml(text, source));
   if (auto good = calibration.check(source); !good) return good.error();
   return calibration;
 }
 
 Result<void> Calibration::check(const std::string& source) const {
-  const auto refuse = [&source](const std::string& what) {
-    return fail(ErrorCode::kInvalidArgument, source + ": " + what);
+  config::Findings findings{source, {}, {}};
+  const auto refuse = [&findings](config::CheckedTable& table, const char* key, const char* expected) {
+    table.refuse(key, expected);
+    return Result<void>(fail(ErrorCode::kInvalidArgument, *findings.problem));
   };
-  const toml::table& root = document_;
-  const auto driver = root["driver"].value<std::string>();
-  if (driver.value_or("") != driver_) {
-    return refuse(
-        fmt::format("driver is '{}', allowed is '{}': give the rig another name, or remove the file",
-                    driver.value_or(""), driver_));
+  const toml::table& view = document_;
+  config::CheckedTable root(view, "", 0, findings);
+  if (root.text("driver", 0, 80, "") != driver_) {
+    return refuse(root, "driver",
+                  fmt::format("\"{}\": give the rig another name, or remove the file", driver_).c_str());
   }
+  config::CheckedTable in_force = root.optional_table("in_force");
   for (const char* key : {"encoder_zero_count", "force_offset_V"}) {
-    const auto node = root["in_force"][key];
-    if (node && !pair_of(node)) return refuse(fmt::format("in_force.{} is not two numbers", key));
+    if (in_force.has(key) && !pair_of(view["in_force"][key])) return refuse(in_force, key, "two numbers");
   }
-  if (const auto node = root["in_force"]["force_calibration_N_per_V"]; node && !rows_of(node))
-    return refuse("in_force.force_calibration_N_per_V is not two rows of two numbers");
-  if (const toml::array* array = root["load"].as_array()) {
-    for (const toml::node& node : *array) {
-      if (!load_of(node)) return refuse("a load has not load_N, force_V and sensor_angle_rad");
+  constexpr const char* kMatrix = "force_calibration_N_per_V";
+  if (in_force.has(kMatrix) && !rows_of(view["in_force"][kMatrix]))
+    return refuse(in_force, kMatrix, "two rows of two numbers");
+  if (const toml::array* loads = view["load"].as_array()) {
+    for (std::size_t i = 0; i < loads->size(); ++i) {
+      if (load_of(*loads->get(i))) continue;
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("{}: load[{}] is not whole; expected load_N, force_V and sensor_angle_rad",
+                              source, i + 1));
     }
   }
+  if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
   return {};
 }
 
@@ -147,7 +148,8 @@ void Calibration::set_zero(const RestReading& reading, const Eigen::Vector2d& pl
 Result<void> Calibration::add_load(const LoadReading& reading, const Signature& signature) {
   if (loads().size() >= kMostLoads) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("loads are {} already, allowed are {}: begin anew", loads().size(), kMostLoads));
+                fmt::format("loads: {} is not allowed; expected at most {}; begin again", loads().size() + 1,
+                            kMostLoads));
   }
   document_.insert_or_assign("driver", driver_);
   if (!document_["load"].is_array()) document_.insert_or_assign("load", toml::array{});

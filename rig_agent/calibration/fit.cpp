@@ -16,7 +16,7 @@ constexpr double kSpan = 0.1;  // Smaller over larger singular value.
 Result<void> check_number(const char* what, std::size_t count) {
   if (count >= kFewest) return {};
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{} are {}, allowed are {} or more", what, count, kFewest));
+              fmt::format("{}: {} is not allowed; expected {} or more", what, count, kFewest));
 }
 
 Result<void> check_span(const char* what, const Eigen::MatrixX2d& rows) {
@@ -24,7 +24,7 @@ Result<void> check_span(const char* what, const Eigen::MatrixX2d& rows) {
   const double span = values[0] > 0.0 ? values[1] / values[0] : 0.0;
   if (span >= kSpan) return {};
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{} span the plane by {:.3g}, allowed is {} or more: use other directions", what,
+              fmt::format("{} span the plane by {:.3g}; expected {} or more: use other directions", what,
                           span, kSpan));
 }
 

@@ -30,7 +30,7 @@ double deviation(const std::vector<double>& values) {
 Error not_at_rest(std::size_t joint, double range) {
   return fail(
       ErrorCode::kUnavailable,
-      fmt::format("the encoder of joint {} moved over {} counts, allowed are {}: the rig is not at rest",
+      fmt::format("the encoder of joint {} moved over {} counts; expected at most {}: the rig is not at rest",
                   joint + 1, range, 2.0 * kStillCounts));
 }
 
@@ -52,7 +52,7 @@ Result<void> collect(drivers::Driver& driver, Cycles& cycles, double time,
     for (std::size_t i = 0; i < 2; ++i) {
       if (!(std::abs(reading.raw.force_V[i]) < driver.geometry().force_saturation_V)) {
         return fail(ErrorCode::kUnavailable,
-                    fmt::format("force channel {} is {} V, allowed is less than {} V", i + 1,
+                    fmt::format("force channel {}: {} V is not allowed; expected less than {} V", i + 1,
                                 reading.raw.force_V[i], driver.geometry().force_saturation_V));
       }
       channels[i].count.push_back(reading.raw.encoder_count[i]);

@@ -2,10 +2,11 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <numeric>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 #include <sstream>
+#include <utility>
 
 namespace tonus::config {
 namespace {
@@ -33,8 +34,27 @@ std::string printed(const toml::node& node) {
 }
 
 std::string range_text(Limits limits) {
-  return fmt::format("{:g} to {:g}{}{}", limits.low, limits.high, *limits.unit != '\0' ? " " : "",
-                     limits.unit);
+  return fmt::format("{} to {}{}{}", limits.low, limits.high, *limits.unit != '\0' ? " " : "", limits.unit);
+}
+
+bool is_count(const toml::node& node, std::uint64_t low, std::uint64_t high) {
+  const auto* integer = node.as_integer();
+  return integer != nullptr && integer->get() >= 0 && static_cast<std::uint64_t>(integer->get()) >= low &&
+         static_cast<std::uint64_t>(integer->get()) <= high;
+}
+
+/// Edits that make one word of the other: letters put in, taken out or replaced (Levenshtein).
+std::size_t distance(std::string_view a, std::string_view b) {
+  std::vector<std::size_t> row(b.size() + 1);
+  std::iota(row.begin(), row.end(), std::size_t{0});
+  for (std::size_t i = 0; i < a.size(); ++i) {
+    std::size_t diagonal = std::exchange(row[0], i + 1);
+    for (std::size_t j = 0; j < b.size(); ++j) {
+      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
+      diagonal = std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, replaced}));
+    }
+  }
+  return row.back();
 }
 
 std::string choice_text(const std::vector<std::string>& allowed) {
@@ -44,7 +64,14 @@ std::string choice_text(const std::vector<std::string>& allowed) {
 }  // namespace
 
 void Findings::report(int line, const std::string& text) {
-  if (!problem) problem = fmt::format("{}:{}: {}", source, line, text);
+  if (problem) return;
+  problem = line > 0 ? fmt::format("{}:{}: {}", source, line, text) : fmt::format("{}: {}", source, text);
+}
+
+void Findings::refuse(const std::string& name, const std::string& value, const std::string& expected) {
+  const auto line = lines.find(name);
+  report(line == lines.end() ? 0 : line->second,
+         fmt::format("{}: {} is not allowed; expected {}", name, value, expected));
 }
 
 bool CheckedTable::has(std::string_view key) {
@@ -61,22 +88,20 @@ int CheckedTable::line_of(const toml::node& node) const {
   return line > 0 ? static_cast<int>(line) : line_;
 }
 
-const toml::node* CheckedTable::find(std::string_view key, bool may_be_missing, const std::string& allowed) {
+const toml::node* CheckedTable::find(std::string_view key, bool may_be_missing, const std::string& expected) {
   asked_.emplace(key);
   const toml::node* node = table_.get(key);
   if (node != nullptr) {
-    findings_.lines[name_of(key)] = line_of(*node);
+    if (const int line = line_of(*node); line > 0) findings_.lines[name_of(key)] = line;
   } else if (!may_be_missing) {
-    findings_.report(line_, fmt::format("{} is missing: {}", name_of(key), allowed));
+    findings_.report(line_, fmt::format("{} is missing; expected {}", name_of(key), expected));
   }
   return node;
 }
 
-void CheckedTable::refuse(std::string_view key, const std::string& allowed) {
-  const toml::node* node = find(key, false, allowed);
-  if (node == nullptr) return;
-  findings_.report(line_of(*node),
-                   fmt::format("{} = {} is not allowed: {}", name_of(key), printed(*node), allowed));
+void CheckedTable::refuse(std::string_view key, const std::string& expected) {
+  if (const toml::node* node = find(key, false, expected))
+    findings_.refuse(name_of(key), printed(*node), expected);
 }
 
 std::optional<double> CheckedTable::number_in(const toml::node& node, Limits limits) const {
@@ -91,7 +116,7 @@ double CheckedTable::number(std::string_view key, Limits limits, std::optional<d
   if (node == nullptr) return fallback.value_or(limits.low);
   const auto value = number_in(*node, limits);
   if (!value) refuse(key, range_text(limits));
-  return value.value_or(limits.low);
+  return value.value_or(fallback.value_or(limits.low));
 }
 
 int CheckedTable::whole(std::string_view key, int low, int high, std::optional<int> fallback) {
@@ -115,12 +140,12 @@ std::uint64_t CheckedTable::seed(std::string_view key, std::uint64_t fallback) {
   return fallback;
 }
 
-bool CheckedTable::flag(std::string_view key, bool fallback) {
+void CheckedTable::flag(std::string_view key, bool& target) {
   const toml::node* node = find(key, true, "");
-  if (node == nullptr) return fallback;
-  if (const auto* boolean = node->as_boolean()) return boolean->get();
-  refuse(key, "true or false");
-  return fallback;
+  if (node == nullptr) return;
+  const auto* boolean = node->as_boolean();
+  if (boolean == nullptr) return refuse(key, "true or false");
+  target = boolean->get();
 }
 
 std::string CheckedTable::text(std::string_view key, std::size_t least, std::size_t most,
@@ -149,7 +174,7 @@ std::string CheckedTable::one_of(std::string_view key, const std::vector<std::st
   return "";
 }
 
-protocol::Span CheckedTable::span(std::string_view key, Limits limits) {
+Span CheckedTable::span(std::string_view key, Limits limits) {
   const std::string allowed =
       fmt::format("[low, high] with low <= high, or one number, {}", range_text(limits));
   const toml::node* node = find(key, false, allowed);
@@ -176,7 +201,7 @@ Eigen::Vector2d CheckedTable::vector(std::string_view key, Limits limits,
     if (x && y) return {*x, *y};
   }
   refuse(key, allowed);
-  return zero;
+  return fallback.value_or(zero);
 }
 
 std::vector<std::string> CheckedTable::texts(std::string_view key, const std::vector<std::string>& allowed) {
@@ -194,6 +219,61 @@ std::vector<std::string> CheckedTable::texts(std::string_view key, const std::ve
     items.push_back(text->get());
   }
   return items;
+}
+
+void CheckedTable::number(std::string_view key, double& target, double low, double high) {
+  target = number(key, {low, high}, target);
+}
+
+void CheckedTable::pair(std::string_view key, Eigen::Vector2d& target, double low, double high) {
+  target = vector(key, {low, high}, target);
+}
+
+void CheckedTable::count(std::string_view key, std::uint64_t& target, std::uint64_t low, std::uint64_t high) {
+  const toml::node* node = find(key, true, "");
+  if (node == nullptr) return;
+  if (!is_count(*node, low, high)) return refuse(key, fmt::format("a whole number, {} to {}", low, high));
+  target = static_cast<std::uint64_t>(node->as_integer()->get());
+}
+
+void CheckedTable::one_or_two(std::string_view key, std::array<unsigned, 2>& target, unsigned low,
+                              unsigned high, bool is_needed) {
+  const std::string expected = fmt::format("one or two whole numbers, each {} to {}", low, high);
+  const toml::node* node = find(key, !is_needed, expected);
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  if (array != nullptr && array->size() != 2) return refuse(key, expected);
+  std::array<unsigned, 2> values{};
+  for (std::size_t i = 0; i < 2; ++i) {
+    const toml::node& element = array == nullptr ? *node : *array->get(i);
+    if (!is_count(element, low, high)) return refuse(key, expected);
+    values[i] = static_cast<unsigned>(element.as_integer()->get());
+  }
+  target = values;
+}
+
+void CheckedTable::count(std::string_view key, unsigned& target, unsigned low, unsigned high) {
+  std::uint64_t value = target;
+  count(key, value, std::uint64_t{low}, std::uint64_t{high});
+  target = static_cast<unsigned>(value);
+}
+
+void CheckedTable::counts(std::string_view key, std::vector<std::uint64_t>& target, std::uint64_t low,
+                          std::uint64_t high) {
+  const toml::node* node = find(key, true, "");
+  if (node == nullptr) return;
+  const toml::array* array = node->as_array();
+  const auto is_good = [&](const toml::node& element) { return is_count(element, low, high); };
+  if (array == nullptr || !std::all_of(array->begin(), array->end(), is_good))
+    return refuse(key, fmt::format("a list of whole numbers, each {} to {}", low, high));
+  target.clear();
+  for (const toml::node& element : *array)
+    target.push_back(static_cast<std::uint64_t>(element.as_integer()->get()));
+}
+
+CheckedTable CheckedTable::optional_table(std::string_view key) {
+  if (has(key)) return table(key);
+  return {kEmptyTable, name_of(key), line_, findings_};
 }
 
 CheckedTable CheckedTable::table(std::string_view key) {
@@ -216,8 +296,7 @@ std::vector<CheckedTable> CheckedTable::tables(std::string_view key, std::size_t
       std::all_of(array->begin(), array->end(), [](const toml::node& element) { return element.is_table(); });
   if (!are_tables) return refuse(key, allowed), all;
   if (array->size() < least || array->size() > most) {
-    findings_.report(line_of(*node), fmt::format("{} are {} tables, which is not allowed: {}", name_of(key),
-                                                 array->size(), allowed));
+    findings_.refuse(name_of(key), fmt::format("a list of {} tables", array->size()), allowed);
     return all;
   }
   for (std::size_t i = 0; i < array->size(); ++i) {
@@ -229,12 +308,19 @@ std::vector<CheckedTable> CheckedTable::tables(std::string_view key, std::size_t
 }
 
 void CheckedTable::finish() {
+  constexpr std::size_t kSlip = 2;  // edits that may be a slip of the keyboard
   for (const auto& [key, node] : table_) {
     if (asked_.contains(key.str())) continue;
+    const auto nearest = std::min_element(asked_.begin(), asked_.end(), [&](const auto& a, const auto& b) {
+      return distance(a, key.str()) < distance(b, key.str());
+    });
+    const auto edits = nearest == asked_.end() ? key.str().size() : distance(*nearest, key.str());
+    const bool is_slip = edits <= kSlip && 2 * edits < key.str().size();
     const auto line = key.source().begin.line;
-    findings_.report(
-        line > 0 ? static_cast<int>(line) : line_,
-        fmt::format("{} is unknown: allowed here are {}", name_of(key.str()), fmt::join(asked_, ", ")));
+    findings_.report(line > 0 ? static_cast<int>(line) : line_,
+                     is_slip ? fmt::format("{}: unknown key; did you mean {}?", name_of(key.str()), *nearest)
+                             : fmt::format("{}: unknown key; expected one of {}", name_of(key.str()),
+                                           fmt::join(asked_, ", ")));
   }
 }
 

@@ -1,6 +1,8 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <array>
+#include <cstdint>
 #include <map>
 #include <optional>
 #include <set>
@@ -9,7 +11,7 @@
 #include <toml++/toml.h>
 #include <vector>
 
-#include "services/protocol/protocol.hpp"
+#include "services/config/span.hpp"
 
 namespace tonus::config {
 
@@ -20,20 +22,25 @@ struct Limits {
   const char* unit = "";
 };
 
-/// What reading a file has found: where each key stands, and the first problem.
+/// What reading a file has found: where each key stands, and the first problem; later ones are not kept.
 struct Findings {
   std::string source;
   std::map<std::string, int> lines;
   std::optional<std::string> problem;
 
+  /// "source:line: text"; without the line where it is 0.
   void report(int line, const std::string& text);
+  /// "source:line: name: value is not allowed; expected limits", at the line of the key where it has one.
+  void refuse(const std::string& name, const std::string& value, const std::string& expected);
 };
 
-/// One table of a TOML file, read key by key with limits. A getter that meets a problem reports it and
-/// returns something harmless, so that a reader goes straight on; who has read all calls finish(), which
-/// refuses the keys that nobody asked for, and looks at the findings once.
+/// One table of a TOML file, read key by key: each call states a key with its type, limits and default. A
+/// getter that meets a problem reports it and returns something harmless, so that a reader goes straight on;
+/// after all calls, finish() refuses the keys that nobody asked for, and the findings are looked at once.
+/// The getters with a target keep its value as the default where the key is absent or refused.
 class CheckedTable {
  public:
+  /// `path` is the table's name from the root, "" for the root; `line` 0: unknown.
   CheckedTable(const toml::table& table, std::string path, int line, Findings& findings)
       : table_(table), path_(std::move(path)), line_(line), findings_(findings) {}
 
@@ -41,32 +48,45 @@ class CheckedTable {
   [[nodiscard]] double number(std::string_view key, Limits limits, std::optional<double> fallback = {});
   [[nodiscard]] int whole(std::string_view key, int low, int high, std::optional<int> fallback = {});
   [[nodiscard]] std::uint64_t seed(std::string_view key, std::uint64_t fallback);
-  [[nodiscard]] bool flag(std::string_view key, bool fallback);
   /// Text of `least` to `most` characters, no control characters.
   [[nodiscard]] std::string text(std::string_view key, std::size_t least, std::size_t most,
                                  std::optional<std::string> fallback = {});
   [[nodiscard]] std::string one_of(std::string_view key, const std::vector<std::string>& allowed,
                                    std::optional<std::string> fallback = {});
   /// [low, high] with low <= high, or one number for both.
-  [[nodiscard]] protocol::Span span(std::string_view key, Limits limits);
+  [[nodiscard]] Span span(std::string_view key, Limits limits);
   [[nodiscard]] Eigen::Vector2d vector(std::string_view key, Limits limits,
                                        std::optional<Eigen::Vector2d> fallback = {});
   [[nodiscard]] std::vector<std::string> texts(std::string_view key, const std::vector<std::string>& allowed);
-  /// The table `key`; reports it as missing and gives an empty one if it is not there.
+
+  void number(std::string_view key, double& target, double low, double high);
+  void pair(std::string_view key, Eigen::Vector2d& target, double low, double high);
+  void count(std::string_view key, std::uint64_t& target, std::uint64_t low, std::uint64_t high);
+  void count(std::string_view key, unsigned& target, unsigned low, unsigned high);
+  void counts(std::string_view key, std::vector<std::uint64_t>& target, std::uint64_t low,
+              std::uint64_t high);
+  /// One number stands for both.
+  void one_or_two(std::string_view key, std::array<unsigned, 2>& target, unsigned low, unsigned high,
+                  bool is_needed);
+  void flag(std::string_view key, bool& target);
+
+  /// The table `key`; reports it as missing and gives an empty one where it is absent.
   [[nodiscard]] CheckedTable table(std::string_view key);
+  /// The table `key`, or an empty one where it is absent.
+  [[nodiscard]] CheckedTable optional_table(std::string_view key);
   /// The tables [[key]], `least` to `most` of them.
   [[nodiscard]] std::vector<CheckedTable> tables(std::string_view key, std::size_t least, std::size_t most);
 
-  /// "source:line: key = value is not allowed: allowed", with the value as the file has it.
-  void refuse(std::string_view key, const std::string& allowed);
-  /// Reports every key that was not asked for as unknown.
+  /// "source:line: key: value is not allowed; expected limits", with the value as the file has it.
+  void refuse(std::string_view key, const std::string& expected);
+  /// Refuses the keys that were not asked for, and names the key that was probably meant.
   void finish();
 
   [[nodiscard]] std::string name_of(std::string_view key) const;
 
  private:
   /// The node, noted as asked for; nullptr and, unless it may be, reported as missing.
-  const toml::node* find(std::string_view key, bool may_be_missing, const std::string& allowed);
+  const toml::node* find(std::string_view key, bool may_be_missing, const std::string& expected);
   [[nodiscard]] int line_of(const toml::node& node) const;
   [[nodiscard]] std::optional<double> number_in(const toml::node& node, Limits limits) const;
 

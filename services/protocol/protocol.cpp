@@ -37,12 +37,12 @@ const char* axis_name(BiasAxis axis) {
 }
 
 Error refuse_value(const Protocol& protocol, const std::string& key, const std::string& value,
-                   const std::string& allowed) {
+                   const std::string& expected) {
   const auto line = protocol.lines.find(key);
   const std::string place =
       line == protocol.lines.end() ? protocol.source : fmt::format("{}:{}", protocol.source, line->second);
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{}: {} = {} is not allowed: {}", place, key, value, allowed));
+              fmt::format("{}: {}: {} is not allowed; expected {}", place, key, value, expected));
 }
 
 }  // namespace tonus::protocol

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "services/config/span.hpp"
 #include "services/core/result.hpp"
 
 /// What an experiment does, as a protocol file states it. Quantities are SI; the file's keys bear the units.
@@ -26,12 +27,7 @@ enum class ProtocolKind : std::uint8_t {
 
 [[nodiscard]] const char* kind_name(ProtocolKind kind);
 
-/// A value that is drawn anew each time, uniformly; both ends equal: it is fixed.
-struct Span {
-  double low = 0.0;
-  double high = 0.0;
-  [[nodiscard]] double middle() const { return 0.5 * (low + high); }
-};
+using config::Span;
 
 struct Posture {
   std::string name;
@@ -126,10 +122,10 @@ struct Protocol {
   std::map<std::string, int> lines;  ///< Line of each key, for messages about values found bad later.
 };
 
-/// "source:line: key = value is not allowed: allowed". The line is that of the key, or left out if it has
-/// none.
+/// "source:line: key: value is not allowed; expected limits". The line is that of the key, or left out where
+/// it has none.
 [[nodiscard]] Error refuse_value(const Protocol& protocol, const std::string& key, const std::string& value,
-                                 const std::string& allowed);
+                                 const std::string& expected);
 
 /// Reads and checks a protocol completely, as far as it can be without knowing the rig. Pure. The first
 /// problem is the error: kInvalidArgument with file, line, key, value and what is allowed; keys that mean

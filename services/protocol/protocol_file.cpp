@@ -13,11 +13,13 @@ Result<void> check_part(const Protocol& study, std::size_t subject, const std::s
   if (file.empty()) return {};
   const auto part = load_protocol(std::filesystem::path(study.source).parent_path() / file);
   const std::string name = fmt::format("subject[{}].{}", subject + 1, key);
-  if (!part) return refuse_value(study, name, fmt::format("\"{}\"", file), part.error().message);
+  if (!part)
+    return refuse_value(study, name, fmt::format("\"{}\"", file),
+                        "a readable protocol: " + part.error().message);
   if (part->kind != kind) {
     return refuse_value(
         study, name, fmt::format("\"{}\"", file),
-        fmt::format("a protocol of kind {}, this is of kind {}", kind_name(kind), kind_name(part->kind)));
+        fmt::format("a protocol of kind {} (this is of kind {})", kind_name(kind), kind_name(part->kind)));
   }
   return {};
 }

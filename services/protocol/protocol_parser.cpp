@@ -3,7 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/config/checked_table.hpp"
-#include "services/core/toml_depth.hpp"
+#include "services/config/toml_text.hpp"
 #include "services/protocol/protocol.hpp"
 
 namespace tonus::protocol {
@@ -34,7 +34,7 @@ std::vector<Posture> read_postures(config::CheckedTable& root) {
     Posture posture{read_name(table, names), table.vector("position_m", {-1.0, 1.0, "m"})};
     const double distance = posture.position.norm();
     if (distance < kHandNearest || distance > kHandFarthest) {
-      table.refuse("position_m", fmt::format("{:g} to {:g} m from the shoulder, this is {:.3f} m",
+      table.refuse("position_m", fmt::format("{:g} to {:g} m from the shoulder (this is {:.3f} m)",
                                              kHandNearest, kHandFarthest, distance));
     }
     table.finish();
@@ -74,7 +74,7 @@ Bias read_bias(config::CheckedTable& root, const Perturbation& perturbation) {
   if (bias.axes.size() != static_cast<std::size_t>(perturbation.sets)) {
     table.refuse("sets_along", fmt::format("one entry for each of the {} sets", perturbation.sets));
   } else if (bias.axes.front() != BiasAxis::kNone) {
-    table.refuse("sets_along", "the first is none: set one's stiffness gives the axes");
+    table.refuse("sets_along", "none as the first: the stiffness of set one gives the axes");
   }
   bias.force = table.span("force_N", {kSmallestBias, 20.0, "N"});
   bias.ramp = table.span("ramp_s", {0.1, 20.0, "s"});
@@ -170,7 +170,7 @@ CueSettings read_cue(config::CheckedTable& root) {
   config::CheckedTable table = root.table("cue");
   cue.target_diameter = table.number("target_circle_diameter_m", {0.001, 0.1, "m"}, cue.target_diameter);
   cue.text = table.text("text", 0, 200, "");
-  cue.shows_cursor = table.flag("shows_cursor", cue.shows_cursor);
+  table.flag("shows_cursor", cue.shows_cursor);
   table.finish();
   return cue;
 }
@@ -179,13 +179,13 @@ void check_size(const Protocol& p, config::Findings& findings) {
   const double trials = static_cast<double>(p.postures.size() * p.instructions.size()) *
                         p.perturbation.directions * p.perturbation.repeats * p.perturbation.sets;
   if (trials > kTrialsMost) {
-    findings.report(findings.lines["perturbation"],
-                    fmt::format("the protocol has {:g} trials: allowed are 1 to {}", trials, kTrialsMost));
+    findings.refuse("perturbation", fmt::format("a protocol of {:g} trials", trials),
+                    fmt::format("1 to {}", kTrialsMost));
   }
 }
 
 void read_session(config::CheckedTable& root, Protocol& p, config::Findings& findings) {
-  p.confirms_posture = root.flag("confirm_posture", false);
+  root.flag("confirm_posture", p.confirms_posture);
   p.rejection_limit = root.whole("rejection_limit", 1, 1000, 8);
   p.cue = read_cue(root);
   if (p.kind == ProtocolKind::kRecording) {
@@ -209,18 +209,11 @@ void read_session(config::CheckedTable& root, Protocol& p, config::Findings& fin
 
 Result<Protocol> parse_protocol(std::string_view text, const std::string& source) {
   if (text.size() > kTextMost) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("{}: a protocol of {} bytes is not allowed: at most {}", source, text.size(), kTextMost));
-  }
-  TONUS_TRY(check_toml_depth(text, source));
-  toml::table table;
-  try {
-    table = toml::parse(text, source);
-  } catch (const toml::parse_error& error) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}:{}: not TOML: {}", source, error.source().begin.line, error.description()));
+                fmt::format("{}: a protocol of {} bytes is not allowed; expected at most {}", source,
+                            text.size(), kTextMost));
   }
+  TONUS_TRY_ASSIGN(const toml::table table, config::parse_toml(text, source));
 
   Protocol protocol;
   protocol.text = text;

@@ -31,8 +31,8 @@ Result<RigFacts> facts_of(const v1::RigDescription& description) {
     return facts;
   }
   const auto refuse = [&](const char* what, double value, const std::string& allowed) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("rig '{}': {} = {:g} is not allowed: {}", facts.name, what, value, allowed));
+    return fail(ErrorCode::kInvalidArgument, fmt::format("rig '{}': {}: {:g} is not allowed; expected {}",
+                                                         facts.name, what, value, allowed));
   };
   for (const double length : description.link_lengths_m()) {
     if (!(length > 0.0 && length < 10.0))
@@ -84,26 +84,27 @@ Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) 
                           fmt::format("1 to 2 on the one-axis rig '{}'", facts.name));
     }
     if (protocol.bias) {
-      return refuse_value(protocol, "kind", "\"loaded\"",
-                          fmt::format("rig '{}' has one axis, and stiffness no ellipse", facts.name));
+      return refuse_value(
+          protocol, "kind", "\"loaded\"",
+          fmt::format("unloaded: rig '{}' has one axis, and its stiffness no ellipse", facts.name));
     }
     return {};  // its units may be rad and N m: no force to expect
   }
   if (facts.kind == RigKind::kTwoLink && (e.nearest < e.nearest_allowed || e.farthest > e.farthest_allowed)) {
-    return refuse_value(protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
-                        fmt::format("rig '{}' reaches {:.3f} to {:.3f} m from its base, excursions of {:g} m "
-                                    "about its home would take "
-                                    "it from {:.3f} to {:.3f} m",
-                                    facts.name, e.nearest_allowed, e.farthest_allowed,
-                                    kExcursionOverAmplitude * p.amplitude, e.nearest, e.farthest));
+    return refuse_value(
+        protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+        fmt::format("less: rig '{}' reaches {:.3f} to {:.3f} m from its base, and excursions of "
+                    "{:g} m about its home take it from {:.3f} to {:.3f} m",
+                    facts.name, e.nearest_allowed, e.farthest_allowed, kExcursionOverAmplitude * p.amplitude,
+                    e.nearest, e.farthest));
   }
   if (e.bias > e.force_allowed) {
     return refuse_value(protocol, "bias.force_N", fmt::format("{:g}", e.bias),
-                        fmt::format("rig '{}' measures up to {:g} N", facts.name, e.force_allowed));
+                        fmt::format("less: rig '{}' measures up to {:g} N", facts.name, e.force_allowed));
   }
   if (e.force > e.force_allowed) {
     return refuse_value(protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
-                        fmt::format("rig '{}' measures up to {:g} N, up to {:g} N have to be expected",
+                        fmt::format("less: rig '{}' measures up to {:g} N, and the force may reach {:g} N",
                                     facts.name, e.force_allowed, e.force));
   }
   return {};

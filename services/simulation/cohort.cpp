@@ -5,9 +5,9 @@
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "services/config/checked_table.hpp"
+#include "services/config/toml_text.hpp"
 #include "services/core/text_file.hpp"
-#include "services/core/toml_depth.hpp"
-#include "services/simulation/toml_section.hpp"
 
 namespace tonus::simulation {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr const char* kDampingKey = "joint_damping_Nms_per_rad";
 constexpr double kLongestTime = 1.0;  // s
 
-void read(TomlSection s, JointImpedance& joints, double high) {
+void read(config::CheckedTable s, JointImpedance& joints, double high) {
   s.number("shoulder", joints.shoulder, 0.0, high);
   s.number("elbow", joints.elbow, 0.0, high);
   s.number("two_joint", joints.two_joint, 0.0, high);
@@ -57,20 +57,20 @@ Result<CohortSubject> subject_of(const toml::table& common, const toml::table& t
   subject.name = table["name"].value_or(std::string());
   if (subject.name.empty()) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: subject {} has no name, allowed is a text", source, number));
+                fmt::format("{}: subject[{}].name is missing; expected text", source, number));
   }
   const std::string who = fmt::format("{}, subject '{}'", source, subject.name);
   toml::table profile = merged(common, table);
-  auto parsed = parse_profile(text_of(profile), who);
+  auto parsed = read_profile(profile, who);
   if (!parsed) return parsed.error();
   if (table.contains("damping_time_s")) {
-    FirstProblem problem(who);
+    config::Findings findings{who, {}, {}};
     JointImpedance time{0.0, 0.0, 0.0};
-    read(TomlSection(table["damping_time_s"].as_table(), "damping_time_s", problem), time, kLongestTime);
-    if (!problem.result()) return problem.result().error();
+    read(config::CheckedTable(table, "", 0, findings).table("damping_time_s"), time, kLongestTime);
+    if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
     profile["subject"].as_table()->insert_or_assign(kDampingKey,
                                                     table_of(damping_of(parsed->subject.stiffness, time)));
-    parsed = parse_profile(text_of(profile), who);
+    parsed = read_profile(profile, who);
     if (!parsed) return parsed.error();
   }
   subject.profile = *parsed;
@@ -81,19 +81,12 @@ Result<CohortSubject> subject_of(const toml::table& common, const toml::table& t
 }  // namespace
 
 Result<std::vector<CohortSubject>> parse_cohort(std::string_view text, std::string_view source) {
-  TONUS_TRY(check_toml_depth(text, std::string(source)));
-  toml::table root;
-  try {
-    root = toml::parse(text, source);
-  } catch (const toml::parse_error& error) {
-    return fail(ErrorCode::kInvalidArgument, fmt::format("{}:{}: {}", source, error.source().begin.line,
-                                                         std::string(error.description())));
-  }
+  TONUS_TRY_ASSIGN(const toml::table root, config::parse_toml(text, std::string(source)));
   const toml::table* common = root["common"].as_table();
   const toml::array* subjects = root["subject"].as_array();
   if (subjects == nullptr || subjects->empty() || !subjects->is_array_of_tables()) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: no [[subject]], allowed is one or more", source));
+                fmt::format("{}: subject is missing; expected one table [[subject]] or more", source));
   }
   std::vector<CohortSubject> cohort;
   for (const toml::node& node : *subjects) {
@@ -103,7 +96,8 @@ Result<std::vector<CohortSubject>> parse_cohort(std::string_view text, std::stri
     const auto is_same = [&](const CohortSubject& other) { return other.name == subject->name; };
     if (std::any_of(cohort.begin(), cohort.end(), is_same)) {
       return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("{}: subject '{}' is there twice, allowed is once", source, subject->name));
+                  fmt::format("{}: subject[{}].name: \"{}\" is not allowed; expected each name once", source,
+                              cohort.size() + 1, subject->name));
     }
     cohort.push_back(std::move(*subject));
   }

@@ -28,7 +28,7 @@ struct Plant::Chains {
   Eigen::Vector2d grip;          // N in R, on the hand or on what is fixed to the handle.
 };
 
-Plant::Plant(const Profile& profile, double period)
+Plant::Plant(const PlantProfile& profile, double period)
     : profile_(profile),
       geometry_(rig_geometry(profile)),
       inertia_(manipulandum_model(profile.manipulandum, profile.sensors.handle_mass).inertia),

@@ -6,7 +6,7 @@
 #include "services/mechanics/rig_geometry.hpp"
 #include "services/mechanics/two_link_dynamics.hpp"
 #include "services/simulation/noise.hpp"
-#include "services/simulation/profile.hpp"
+#include "services/simulation/plant_profile.hpp"
 #include "services/simulation/subject.hpp"
 
 namespace tonus::simulation {
@@ -27,7 +27,7 @@ struct PlantState {
 ///     I(t) t'' + c(t, t') = subject's torques(t, t') + J_t^T g      motor' = (command - motor) / time
 ///     constant
 ///
-/// On the bench (profile.hpp) nobody holds the handle: -g is the pull of weights and springs, and the arm
+/// On the bench (BenchProfile) nobody holds the handle: -g is the pull of weights and springs, and the arm
 /// rests.
 ///
 /// g is the force on the hand; x_q and x_t are the handle's and the hand's position in R. Integrated by
@@ -36,7 +36,7 @@ struct PlantState {
 /// smaller steps. Deterministic from the profile's seed. step() and measure() are REALTIME.
 class Plant {
  public:
-  Plant(const Profile& profile, double period);
+  Plant(const PlantProfile& profile, double period);
 
   /// Seats the subject anew: S at `shoulder` in R, spring centre at `posture` (m in S), hand on the handle at
   /// rest.
@@ -68,7 +68,7 @@ class Plant {
   [[nodiscard]] Chains chains(const PlantState& state) const noexcept;
   [[nodiscard]] Eigen::Vector4d accelerations(const PlantState& state) const noexcept;
 
-  const Profile profile_;
+  const PlantProfile profile_;
   const RigGeometry geometry_;
   const control::TwoLinkInertia inertia_;
   const control::TwoLinkInertia arm_inertia_;

@@ -5,16 +5,18 @@
 #include <cmath>
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
+#include <string>
 
-#include "rig_agent/control/validation.hpp"
+#include "services/config/checked_table.hpp"
+#include "services/config/toml_text.hpp"
 #include "services/core/text_file.hpp"
-#include "services/core/toml_depth.hpp"
-#include "services/simulation/toml_section.hpp"
 
 namespace tonus::simulation {
 namespace {
 
-void read(TomlSection s, ManipulandumProfile& rig) {
+using config::CheckedTable;
+
+void read(CheckedTable s, ManipulandumProfile& rig) {
   Eigen::Vector2d lengths(rig.links.l1, rig.links.l2);
   s.pair("link_lengths_m", lengths, 0.05, 2.0);
   rig.links = {lengths[0], lengths[1]};
@@ -32,7 +34,7 @@ void read(TomlSection s, ManipulandumProfile& rig) {
   s.finish();
 }
 
-void read(TomlSection s, SensorProfile& sensors) {
+void read(CheckedTable s, SensorProfile& sensors) {
   s.number("encoder_counts_per_rev", sensors.encoder_counts_per_rev, 100.0, 1e8);
   s.pair("encoder_zero_count", sensors.encoder_zero, -1e9, 1e9);
   s.number("force_full_scale_N", sensors.force_full_scale, 1.0, 5000.0);
@@ -42,7 +44,7 @@ void read(TomlSection s, SensorProfile& sensors) {
   s.pair("force_offset_V", sensors.force_offset_V, -10.0, 10.0);
   s.number("force_sensor_angle_rad", sensors.force_sensor_angle, -std::numbers::pi, std::numbers::pi);
   s.number("handle_mass_kg", sensors.handle_mass, 0.0, 2.0);
-  TomlSection errors = s.section("errors");
+  CheckedTable errors = s.optional_table("errors");
   errors.pair("zero_count", sensors.errors.zero_count, -1e6, 1e6);
   errors.pair("offset_V", sensors.errors.offset_V, -10.0, 10.0);
   errors.pair("force_row_x", sensors.errors.force_row_x, -10.0, 10.0);
@@ -51,7 +53,7 @@ void read(TomlSection s, SensorProfile& sensors) {
   s.finish();
 }
 
-void read(TomlSection s, BenchProfile& bench) {
+void read(CheckedTable s, BenchProfile& bench) {
   s.flag("is_on", bench.is_on);
   s.flag("is_clamped", bench.is_clamped);
   s.pair("load_N", bench.load, -500.0, 500.0);
@@ -60,28 +62,28 @@ void read(TomlSection s, BenchProfile& bench) {
   s.finish();
 }
 
-void read(TomlSection s, GripProfile& grip) {
+void read(CheckedTable s, GripProfile& grip) {
   s.number("stiffness_N_per_m", grip.stiffness, 1e3, 2e6);
   s.number("damping_Ns_per_m", grip.damping, 0.0, 2e3);
   s.finish();
 }
 
-void read(TomlSection s, JointImpedance& joints, double high) {
+void read(CheckedTable s, JointImpedance& joints, double high) {
   s.number("shoulder", joints.shoulder, 0.0, high);
   s.number("elbow", joints.elbow, 0.0, high);
   s.number("two_joint", joints.two_joint, -high, high);
   s.finish();
 }
 
-void read(TomlSection s, ReflexEffect& reflex) {
+void read(CheckedTable s, ReflexEffect& reflex) {
   s.flag("is_on", reflex.is_on);
   s.number("delay_s", reflex.delay, 0.005, 0.25);
-  read(s.section("stiffness_Nm_per_rad"), reflex.stiffness, 100.0);
-  read(s.section("damping_Nms_per_rad"), reflex.damping, 10.0);
+  read(s.optional_table("stiffness_Nm_per_rad"), reflex.stiffness, 100.0);
+  read(s.optional_table("damping_Nms_per_rad"), reflex.damping, 10.0);
   s.finish();
 }
 
-void read(TomlSection s, TremorEffect& tremor) {
+void read(CheckedTable s, TremorEffect& tremor) {
   s.flag("is_on", tremor.is_on);
   s.number("force_N", tremor.force, 0.0, 10.0);
   s.number("frequency_Hz", tremor.frequency, 1.0, 30.0);
@@ -89,14 +91,14 @@ void read(TomlSection s, TremorEffect& tremor) {
   s.finish();
 }
 
-void read(TomlSection s, DriftEffect& drift) {
+void read(CheckedTable s, DriftEffect& drift) {
   s.flag("is_on", drift.is_on);
   s.number("force_N", drift.force, 0.0, 10.0);
   s.number("time_constant_s", drift.time_constant, 0.05, 100.0);
   s.finish();
 }
 
-void read(TomlSection s, ReactionEffect& reaction) {
+void read(CheckedTable s, ReactionEffect& reaction) {
   s.flag("is_on", reaction.is_on);
   s.number("probability", reaction.probability, 0.0, 1.0);
   s.number("latency_s", reaction.latency, 0.0, 2.0);
@@ -106,21 +108,21 @@ void read(TomlSection s, ReactionEffect& reaction) {
   s.finish();
 }
 
-void read(TomlSection s, FatigueEffect& fatigue) {
+void read(CheckedTable s, FatigueEffect& fatigue) {
   s.flag("is_on", fatigue.is_on);
   s.number("depth", fatigue.depth, 0.0, 0.95);
   s.number("time_constant_s", fatigue.time_constant, 0.1, 1e5);
   s.finish();
 }
 
-void read(TomlSection s, LettingGoEffect& letting_go) {
+void read(CheckedTable s, LettingGoEffect& letting_go) {
   s.flag("is_on", letting_go.is_on);
   s.number("at_s", letting_go.at, 0.0, 1e6);
   s.number("duration_s", letting_go.duration, 0.01, 1e6);
   s.finish();
 }
 
-void read(TomlSection s, RecentringEffect& recentring) {
+void read(CheckedTable s, RecentringEffect& recentring) {
   s.flag("is_on", recentring.is_on);
   s.number("time_constant_s", recentring.time_constant, 0.05, 100.0);
   s.number("speed_m_per_s", recentring.speed, 1e-3, 1.0);
@@ -128,14 +130,14 @@ void read(TomlSection s, RecentringEffect& recentring) {
   s.finish();
 }
 
-void read(TomlSection s, ModulationEffect& modulation) {
+void read(CheckedTable s, ModulationEffect& modulation) {
   s.flag("is_on", modulation.is_on);
   s.number("gain_per_N", modulation.gain, 0.0, 10.0);
   s.number("time_constant_s", modulation.time_constant, 0.05, 100.0);
   s.finish();
 }
 
-void read(TomlSection s, MisconductEffect& misconduct) {
+void read(CheckedTable s, MisconductEffect& misconduct) {
   constexpr std::uint64_t kMost = 1'000'000;
   s.flag("is_on", misconduct.is_on);
   s.counts("pushes_early_in_trials", misconduct.pushes_early, 1, kMost);
@@ -151,28 +153,28 @@ void read(TomlSection s, MisconductEffect& misconduct) {
   s.finish();
 }
 
-void read(TomlSection s, SubjectProfile& subject) {
+void read(CheckedTable s, SubjectProfile& subject) {
   Eigen::Vector2d lengths(subject.links.l1, subject.links.l2);
   s.pair("link_lengths_m", lengths, 0.1, 0.6);
   subject.links = {lengths[0], lengths[1]};
   s.pair("link_masses_kg", subject.link_masses, 0.1, 20.0);
   s.pair("link_radii_m", subject.link_radii, 0.0, 0.15);
   s.pair("posture_m", subject.posture, -1.2, 1.2);
-  read(s.section("joint_stiffness_Nm_per_rad"), subject.stiffness, 1000.0);
-  read(s.section("joint_damping_Nms_per_rad"), subject.damping, 100.0);
-  read(s.section("reflex"), subject.reflex);
-  read(s.section("tremor"), subject.tremor);
-  read(s.section("drift"), subject.drift);
-  read(s.section("reaction"), subject.reaction);
-  read(s.section("fatigue"), subject.fatigue);
-  read(s.section("letting_go"), subject.letting_go);
-  read(s.section("recentring"), subject.recentring);
-  read(s.section("modulation"), subject.modulation);
-  read(s.section("misconduct"), subject.misconduct);
+  read(s.optional_table("joint_stiffness_Nm_per_rad"), subject.stiffness, 1000.0);
+  read(s.optional_table("joint_damping_Nms_per_rad"), subject.damping, 100.0);
+  read(s.optional_table("reflex"), subject.reflex);
+  read(s.optional_table("tremor"), subject.tremor);
+  read(s.optional_table("drift"), subject.drift);
+  read(s.optional_table("reaction"), subject.reaction);
+  read(s.optional_table("fatigue"), subject.fatigue);
+  read(s.optional_table("letting_go"), subject.letting_go);
+  read(s.optional_table("recentring"), subject.recentring);
+  read(s.optional_table("modulation"), subject.modulation);
+  read(s.optional_table("misconduct"), subject.misconduct);
   s.finish();
 }
 
-void read(TomlSection s, control::SafetyLimits& limits) {
+void read(CheckedTable s, control::SafetyLimits& limits) {
   s.pair("workspace_centre_m", limits.workspace_centre, -4.0, 4.0);
   s.number("workspace_radius_m", limits.workspace_radius, 0.005, 0.25);
   s.number("speed_m_per_s", limits.speed, 0.01, 1.5);
@@ -190,7 +192,7 @@ void read(TomlSection s, control::SafetyLimits& limits) {
   s.finish();
 }
 
-void read(TomlSection s, control::ServoGains& gains) {
+void read(CheckedTable s, control::ServoGains& gains) {
   s.number("perturbation_phase_rad", gains.perturbation_phase, 1.0, 10.0);
   s.number("perturbation_damping", gains.perturbation_damping, 0.0, 1.0);
   s.number("hold_frequency_rad_per_s", gains.hold_frequency, 1.0, 100.0);
@@ -204,22 +206,22 @@ void read(TomlSection s, control::ServoGains& gains) {
   s.finish();
 }
 
-void read(TomlSection s, Profile& profile) {
-  TomlSection simulation = s.section("simulation");
+void read(CheckedTable s, Profile& profile) {
+  CheckedTable simulation = s.optional_table("simulation");
   simulation.count("seed", profile.seed, std::uint64_t{0}, std::uint64_t{1} << 62);
   simulation.count("sub_steps", profile.sub_steps, 1, 1000);
   simulation.finish();
-  TomlSection loop = s.section("loop");
+  CheckedTable loop = s.optional_table("loop");
   loop.number("rate_Hz", profile.loop_rate, 50.0, 4000.0);
   loop.count("sample_divider", profile.sample_divider, 1, 4000);
   loop.finish();
-  read(s.section("manipulandum"), profile.manipulandum);
-  read(s.section("sensors"), profile.sensors);
-  read(s.section("grip"), profile.grip);
-  read(s.section("subject"), profile.subject);
-  read(s.section("bench"), profile.bench);
-  read(s.section("limits"), profile.limits);
-  read(s.section("control"), profile.gains);
+  read(s.optional_table("manipulandum"), profile.manipulandum);
+  read(s.optional_table("sensors"), profile.sensors);
+  read(s.optional_table("grip"), profile.grip);
+  read(s.optional_table("subject"), profile.subject);
+  read(s.optional_table("bench"), profile.bench);
+  read(s.optional_table("limits"), profile.limits);
+  read(s.optional_table("control"), profile.gains);
   s.finish();
 }
 
@@ -232,30 +234,28 @@ std::string annulus(const TwoLink& links) {
 
 // What single values cannot show: points out of reach, matrices that are not positive definite, steps too
 // large.
-void check_together(const Profile& profile, FirstProblem& problem) {
+void check_together(const Profile& profile, config::Findings& findings) {
   const ManipulandumProfile& rig = profile.manipulandum;
   const SubjectProfile& subject = profile.subject;
   if (!rig.links.reaches(rig.home)) {
-    problem.report("manipulandum.home_m is " + point(rig.home) + ", allowed is " + annulus(rig.links));
+    findings.refuse("manipulandum.home_m", point(rig.home), annulus(rig.links));
   }
   if (!subject.links.reaches(subject.posture)) {
-    problem.report("subject.posture_m is " + point(subject.posture) + ", allowed is " +
-                   annulus(subject.links));
+    findings.refuse("subject.posture_m", point(subject.posture), annulus(subject.links));
   }
   const control::SafetyLimits& limits = profile.limits;
   if (!((rig.home - limits.workspace_centre).norm() < limits.workspace_radius)) {
-    problem.report(
-        "manipulandum.home_m is " + point(rig.home) +
-        fmt::format(
-            ", allowed is less than limits.workspace_radius_m = {} from limits.workspace_centre_m = {}",
-            limits.workspace_radius, point(limits.workspace_centre)));
+    findings.refuse(
+        "manipulandum.home_m", point(rig.home),
+        fmt::format("less than limits.workspace_radius_m = {} from limits.workspace_centre_m = {}",
+                    limits.workspace_radius, point(limits.workspace_centre)));
   }
   const auto check_matrix = [&](const char* key, const JointImpedance& joints) {
     if (joints.matrix().determinant() > 0.0 && joints.shoulder + joints.two_joint > 0.0) return;
-    problem.report(
-        fmt::format("{} is {{shoulder = {}, elbow = {}, two_joint = {}}}, allowed is what makes "
-                    "[[s + d, d], [d, e + d]] positive definite",
-                    key, joints.shoulder, joints.elbow, joints.two_joint));
+    findings.refuse(key,
+                    fmt::format("{{shoulder = {}, elbow = {}, two_joint = {}}}", joints.shoulder,
+                                joints.elbow, joints.two_joint),
+                    "values that make [[s + d, d], [d, e + d]] positive definite");
   };
   check_matrix("subject.joint_stiffness_Nm_per_rad", subject.stiffness);
   check_matrix("subject.joint_damping_Nms_per_rad", subject.damping);
@@ -266,65 +266,33 @@ void check_together(const Profile& profile, FirstProblem& problem) {
   const double angle =
       sub_step * std::max(std::sqrt(profile.grip.stiffness / lightest), profile.grip.damping / lightest);
   if (angle > 0.8) {
-    problem.report(fmt::format("simulation.sub_steps is {}, allowed is {:.0f} or more for this grip at {} Hz",
-                               profile.sub_steps, std::ceil(profile.sub_steps * angle / 0.8),
-                               profile.loop_rate));
+    findings.refuse("simulation.sub_steps", std::to_string(profile.sub_steps),
+                    fmt::format("{:.0f} or more for this grip at {} Hz",
+                                std::ceil(profile.sub_steps * angle / 0.8), profile.loop_rate));
   }
 }
 
 }  // namespace
 
-Result<Profile> parse_profile(std::string_view text, std::string_view source) {
-  TONUS_TRY(check_toml_depth(text, std::string(source)));
-  FirstProblem problem(source);
+Result<Profile> read_profile(const toml::table& table, const std::string& source) {
+  config::Findings findings{source, {}, {}};
   Profile profile;
-  try {
-    const toml::table root = toml::parse(text, source);
-    read(TomlSection(&root, "", problem), profile);
-  } catch (const toml::parse_error& error) {
-    problem.report(fmt::format("line {}, column {}: {}", error.source().begin.line,
-                               error.source().begin.column, error.description()));
-  }
-  if (problem.result()) check_together(profile, problem);
-  if (!problem.result()) return problem.result().error();
+  read(CheckedTable(table, "", 0, findings), profile);
+  if (!findings.problem) check_together(profile, findings);
+  if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
   return profile;
+}
+
+Result<Profile> parse_profile(std::string_view text, std::string_view source) {
+  const std::string name(source);
+  TONUS_TRY_ASSIGN(const toml::table table, config::parse_toml(text, name));
+  return read_profile(table, name);
 }
 
 Result<Profile> load_profile(const std::filesystem::path& file) {
   const auto text = read_text_file(file);
-  if (!text) {
-    return fail(text.error().code, fmt::format("profile {}, allowed is a TOML file", text.error().message));
-  }
+  if (!text) return fail(text.error().code, "profile " + text.error().message);
   return parse_profile(*text, file.string());
-}
-
-RigGeometry rig_geometry(const Profile& profile) {
-  const SensorProfile& sensors = profile.sensors;
-  RigGeometry rig;
-  rig.kind = RigKind::kTwoLink;
-  rig.links = profile.manipulandum.links;
-  rig.encoder_zero = {sensors.encoder_zero[0], sensors.encoder_zero[1]};
-  rig.counts_per_unit.fill(sensors.encoder_counts_per_rev / (2.0 * std::numbers::pi));
-  rig.force_calibration =
-      (sensors.force_full_scale / sensors.voltage_full_scale) * Eigen::Matrix2d::Identity();
-  rig.force_offset_V = sensors.force_offset_V;
-  rig.force_sensor_angle = sensors.force_sensor_angle;
-  rig.handle_mass = sensors.handle_mass;
-  rig.force_saturation_V = sensors.voltage_full_scale;
-  return rig;
-}
-
-control::ManipulandumModel manipulandum_model(const ManipulandumProfile& rig, double handle_mass) {
-  const double l1 = rig.links.l1;
-  const double l2 = rig.links.l2;
-  const double tip = rig.tip_mass + handle_mass;
-  const double at_elbow = rig.elbow_motor_mass + rig.link_masses[1] + tip;
-  control::ManipulandumModel model;
-  model.inertia.inner = rig.rotor_inertias[0] + rig.link_masses[0] * l1 * l1 / 3.0 + at_elbow * l1 * l1;
-  model.inertia.outer = rig.rotor_inertias[1] + rig.link_masses[1] * l2 * l2 / 3.0 + tip * l2 * l2;
-  model.inertia.coupling = l1 * (0.5 * rig.link_masses[1] + tip) * l2;
-  model.friction = rig.friction;
-  return model;
 }
 
 control::LoopConfig loop_config(const Profile& profile) {

@@ -3,10 +3,9 @@
 #include <algorithm>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
-#include <toml++/toml.h>
 
+#include "services/config/toml_text.hpp"
 #include "services/contract/rig.hpp"
-#include "services/core/toml_depth.hpp"
 #include "services/store/sample_reader.hpp"
 
 namespace tonus::store {
@@ -78,14 +77,10 @@ Result<TrialRig> rig_in_force(const Session& session, const SessionTrial& trial,
 double recorded_force_sign(const Session& session) {
   for (auto c = session.configurations.rbegin(); c != session.configurations.rend(); ++c) {
     if (c->value.role() != v1::ROLE_IDENTIFICATION) continue;
-    if (!check_toml_depth(c->value.configuration_toml(), "configuration")) continue;
-    try {
-      const toml::table settings = toml::parse(c->value.configuration_toml());
-      if (const auto sign = settings["force-sign"].value<double>(); sign && std::abs(*sign) == 1.0)
-        return *sign;
-    } catch (const toml::parse_error&) {
-      continue;
-    }
+    const auto settings = config::parse_toml(c->value.configuration_toml(), "configuration");
+    if (!settings) continue;
+    if (const auto sign = (*settings)["force-sign"].value<double>(); sign && std::abs(*sign) == 1.0)
+      return *sign;
   }
   return 1.0;
 }

@@ -5,10 +5,10 @@
 #include <cstring>
 #include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
-#include <toml++/toml.h>
 
+#include "services/config/checked_table.hpp"
+#include "services/config/toml_text.hpp"
 #include "services/core/text_file.hpp"
-#include "services/core/toml_depth.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -34,12 +34,14 @@ Result<std::vector<std::string>> read_list(const toml::table& table, const char*
   const toml::node* node = table.get(name);
   if (node == nullptr) return tokens;
   const toml::array* list = node->as_array();
-  if (list == nullptr) return refuse(file, fmt::format("{} must be a list of texts", name));
+  if (list == nullptr) return refuse(file, fmt::format("{} is not allowed; expected a list of tokens", name));
   for (const toml::node& item : *list) {
     const auto text = item.value<std::string>();
     if (!text || !is_token(*text)) {
-      return refuse(file, fmt::format("token {} of {} must be {} to {} letters, digits and any of -._~+/=",
-                                      tokens.size() + 1, name, kShortestToken, kLongestToken));
+      return refuse(
+          file,
+          fmt::format("token {} of {} is not allowed; expected {} to {} letters, digits and any of -._~+/=",
+                      tokens.size() + 1, name, kShortestToken, kLongestToken));
     }
     tokens.push_back(*text);
   }
@@ -84,28 +86,23 @@ Result<Tokens> load_tokens(const std::filesystem::path& file) {
   struct stat about {};
   if (stat(file.c_str(), &about) != 0) return refuse(file, std::strerror(errno));
   if ((about.st_mode & (S_IRWXG | S_IRWXO)) != 0) {
-    return refuse(file,
-                  fmt::format("mode {:o} lets others read the tokens; 600 is needed", about.st_mode & 0777U));
+    return refuse(file, fmt::format("mode: {:o} is not allowed; expected 600: others can read the tokens",
+                                    about.st_mode & 0777U));
   }
   const auto text = read_text_file(file);
   if (!text) return text.error();
-  TONUS_TRY(check_toml_depth(*text, file.string()));
-  toml::table table;
-  try {
-    table = toml::parse(*text);
-  } catch (const toml::parse_error& error) {
-    return refuse(file, fmt::format("line {}: not TOML", error.source().begin.line));
-  }
-  for (const auto& [key, value] : table) {
-    if (key.str() != "view" && key.str() != "operate")
-      return refuse(file, fmt::format("key '{}' is not known; view and operate are", key.str()));
-  }
+  TONUS_TRY_ASSIGN(const toml::table table, config::parse_toml(*text, file.string()));
+  config::Findings findings{file.string(), {}, {}};
+  config::CheckedTable checked(table, "", 0, findings);
+  for (const char* key : {"view", "operate"}) (void)checked.has(key);
+  checked.finish();
+  if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
   auto view = read_list(table, "view", file);
   if (!view) return view.error();
   auto operate = read_list(table, "operate", file);
   if (!operate) return operate.error();
   Tokens tokens{std::move(*view), std::move(*operate)};
-  if (tokens.is_empty()) return refuse(file, "no token; view = [\"...\"] or operate = [\"...\"] is needed");
+  if (tokens.is_empty()) return refuse(file, "no token; expected view = [\"...\"] or operate = [\"...\"]");
   return tokens;
 }
 

@@ -59,15 +59,17 @@ TEST(Calibration, RefusesThatOfAnotherDriverAndDamagedConstants) {
     const auto parsed = Calibration::parse(text, "c.toml", "comedi");
     return parsed ? "accepted" : parsed.error().message;
   };
-  EXPECT_EQ(
-      refusal("driver = 'simulated'"),
-      "c.toml: driver is 'simulated', allowed is 'comedi': give the rig another name, or remove the file");
+  EXPECT_EQ(refusal("driver = 'simulated'"),
+            "c.toml:1: driver: \"simulated\" is not allowed; expected \"comedi\": give the rig another name, "
+            "or remove the "
+            "file");
   EXPECT_EQ(refusal("driver = 'comedi'\n[in_force]\nforce_offset_V = [1.0]"),
-            "c.toml: in_force.force_offset_V is not two numbers");
+            "c.toml:3: in_force.force_offset_V: [1] is not allowed; expected two numbers");
   EXPECT_EQ(refusal("driver = 'comedi'\n[in_force]\nforce_calibration_N_per_V = [[1.0, 2.0]]"),
-            "c.toml: in_force.force_calibration_N_per_V is not two rows of two numbers");
+            "c.toml:3: in_force.force_calibration_N_per_V: [[1, 2]] is not allowed; expected two rows of two "
+            "numbers");
   EXPECT_EQ(refusal("driver = 'comedi'\n[[load]]\nload_N = [1.0, 2.0]"),
-            "c.toml: a load has not load_N, force_V and sensor_angle_rad");
+            "c.toml: load[1] is not whole; expected load_N, force_V and sensor_angle_rad");
 }
 
 TEST(Calibration, TakesAsManyLoadsAsAMessageHoldsAndNoMore) {
@@ -76,7 +78,7 @@ TEST(Calibration, TakesAsManyLoadsAsAMessageHoldsAndNoMore) {
     ASSERT_TRUE(calibration.add_load({{1.0, 2.0}, {0.1, 0.2}, 0.5}, kSignature));
   const auto more = calibration.add_load({{1.0, 2.0}, {0.1, 0.2}, 0.5}, kSignature);
   ASSERT_FALSE(more);
-  EXPECT_EQ(more.error().message, "loads are 10 already, allowed are 10: begin anew");
+  EXPECT_EQ(more.error().message, "loads: 11 is not allowed; expected at most 10; begin again");
   calibration.forget_loads();
   EXPECT_TRUE(calibration.add_load({{1.0, 2.0}, {0.1, 0.2}, 0.5}, kSignature));
 }

@@ -55,7 +55,7 @@ TEST(ForceFit, RefusesLoadsInOneDirectionAndTooFew) {
   const auto all = readings(sensor(), {0.0, 0.0}, 0.0);
   const auto few = fit_force(std::span(all).first(3));
   ASSERT_FALSE(few);
-  EXPECT_EQ(few.error().message, "readings of known forces are 3, allowed are 4 or more");
+  EXPECT_EQ(few.error().message, "readings of known forces: 3 is not allowed; expected 4 or more");
 }
 
 TEST(SpringFit, FindsTheStiffnessMatrixAndItsDirections) {

@@ -177,15 +177,26 @@ TEST_F(ComediDriver, NamesWhatIsNotThere) {
 }
 
 TEST(ComediConfig, RefusesAWiringThatIsNotWholeWithOneLine) {
-  EXPECT_EQ(refusal(""), "wiring.toml: the table [comedi] is missing");
-  EXPECT_EQ(refusal("[comedi]\nencoders = { subdevice = 3 }"),
-            "wiring.toml: comedi.encoders.channel is missing");
-  EXPECT_EQ(refusal("[comedi]\nvoltage = 3"),
-            "wiring.toml: comedi.voltage is an unknown key, allowed are device, encoders, force, motors, "
-            "emergency_stop, enable, heartbeat, onset");
+  EXPECT_EQ(refusal(""), "wiring.toml: comedi is missing; expected a table [comedi]");
+  EXPECT_EQ(
+      refusal("[comedi]\nencoders = { subdevice = 3 }"),
+      "wiring.toml:2: comedi.encoders.channel is missing; expected one or two whole numbers, each 0 to 255");
   EXPECT_EQ(refusal("[comedi]\nencoders = { subdevice = [1, 2, 3], channel = 0 }"),
-            "wiring.toml: comedi.encoders.subdevice is not good, allowed is one or two whole numbers from 0 "
-            "to 255");
+            "wiring.toml:2: comedi.encoders.subdevice: [1, 2, 3] is not allowed; expected one or two whole "
+            "numbers, "
+            "each 0 to 255");
+  const std::string whole =
+      "[comedi]\nencoders = { subdevice = 3, channel = 0 }\nforce = { subdevice = 0, channel = 0 }\n";
+  const std::string motors = "motors = { subdevice = 1, channel = 0, torque_Nm_per_V = [1.0, -2.0] }\n";
+  EXPECT_EQ(
+      refusal(whole + motors + "voltage = 3\n"),
+      "wiring.toml:5: comedi.voltage: unknown key; expected one of device, emergency_stop, enable, encoders, "
+      "motors");
+  EXPECT_EQ(refusal(whole + "motors = { subdevice = 1, channel = 0, torque_Nm_per_V = [1.0, 0.0] }\n"),
+            "wiring.toml:4: comedi.motors.torque_Nm_per_V: [1, 0] is not allowed; expected two numbers from "
+            "0.001 to "
+            "1000, or their negatives");
+  EXPECT_TRUE(parse_comedi_config(whole + motors, "wiring.toml"));
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ TEST(RigFacts, RefuseAHomeOutOfReach) {
   const auto refused = facts_of(description);
   ASSERT_FALSE(refused.has_value());
   EXPECT_EQ(refused.error().message,
-            "rig 'test': distance of home_m from the base = 0.67082 is not allowed: 0.05 to 0.65 m");
+            "rig 'test': distance of home_m from the base: 0.67082 is not allowed; expected 0.05 to 0.65 m");
 }
 
 TEST(DryRun, GivesDurationAndExtremesOfAPlan) {
@@ -59,23 +59,23 @@ TEST(DryRun, RefusesWhatLeavesTheWorkspace) {
   near_limit.home = {0.625, 0.0};
   const auto run = dry_run(small(), near_limit, 1);
   ASSERT_FALSE(run.has_value());
-  EXPECT_EQ(run.error().message,
-            "p.toml:14: perturbation.amplitude_m = 0.005 is not allowed: rig 'test' reaches 0.070 to 0.630 m "
-            "from its "
-            "base, excursions of 0.01 m about its home would take it from 0.615 to 0.635 m");
+  EXPECT_EQ(
+      run.error().message,
+      "p.toml:14: perturbation.amplitude_m: 0.005 is not allowed; expected less: rig 'test' reaches 0.070 to "
+      "0.630 m from its base, and excursions of 0.01 m about its home take it from 0.615 to 0.635 m");
 }
 
 TEST(DryRun, RefusesForcesOverTheSensorsRange) {
   auto weak = facts();
   weak.force_limit = 9.0;
-  EXPECT_EQ(
-      dry_run(small(), weak, 1).error().message,
-      "p.toml:14: perturbation.amplitude_m = 0.005 is not allowed: rig 'test' measures up to 9 N, up to 10 N "
-      "have to be expected");
+  EXPECT_EQ(dry_run(small(), weak, 1).error().message,
+            "p.toml:14: perturbation.amplitude_m: 0.005 is not allowed; expected less: rig 'test' measures "
+            "up to 9 N, and "
+            "the force may reach 10 N");
   weak.force_limit = 0.8;
   const auto loaded = *parse_protocol(scheduler::testing::small_loaded_protocol(), "p.toml");
   EXPECT_EQ(dry_run(loaded, weak, 1).error().message,
-            "p.toml:16: bias.force_N = 1 is not allowed: rig 'test' measures up to 0.8 N");
+            "p.toml:16: bias.force_N: 1 is not allowed; expected less: rig 'test' measures up to 0.8 N");
 }
 
 TEST(DryRun, RefusesWhatAOneAxisRigHasNot) {
@@ -84,8 +84,9 @@ TEST(DryRun, RefusesWhatAOneAxisRigHasNot) {
   auto p = small();
   EXPECT_TRUE(dry_run(p, one_axis, 1).has_value());
   p.perturbation.directions = 8;
-  EXPECT_EQ(dry_run(p, one_axis, 1).error().message,
-            "p.toml:12: perturbation.directions = 8 is not allowed: 1 to 2 on the one-axis rig 'test'");
+  EXPECT_EQ(
+      dry_run(p, one_axis, 1).error().message,
+      "p.toml:12: perturbation.directions: 8 is not allowed; expected 1 to 2 on the one-axis rig 'test'");
 }
 
 TEST(DryRun, RefusesAStudy) {
@@ -93,7 +94,8 @@ TEST(DryRun, RefusesAStudy) {
       "schema = 1\nkind = \"study\"\nname = \"s\"\n[[subject]]\nname = \"a\"\nunloaded = \"u.toml\"\n",
       "p.toml");
   EXPECT_EQ(dry_run(*study, facts(), 1).error().message,
-            "p.toml:2: kind = \"study\" is not allowed: a protocol of one session; a study's parts are files "
+            "p.toml:2: kind: \"study\" is not allowed; expected a protocol of one session; a study's parts "
+            "are files "
             "of their "
             "own");
 }

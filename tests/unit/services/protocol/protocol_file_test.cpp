@@ -69,8 +69,8 @@ TEST(ProtocolFile, RefusesAStudyWhosePartIsOfAnotherKind) {
   ASSERT_FALSE(p.has_value());
   EXPECT_EQ(p.error().message,
             (folder / "study.toml").string() +
-                ":6: subject[1].unloaded = \"loaded.toml\" is not allowed: a protocol of kind "
-                "unloaded, this is of kind loaded");
+                ":6: subject[1].unloaded: \"loaded.toml\" is not allowed; expected a protocol of kind "
+                "unloaded (this is of kind loaded)");
 }
 
 }  // namespace

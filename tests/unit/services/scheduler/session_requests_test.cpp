@@ -40,7 +40,7 @@ TEST(Start, RefusesABadProtocolWithItsLineInTheReply) {
   ASSERT_NE(lab.reply_to("start"), nullptr);
   EXPECT_FALSE(lab.reply_to("start")->is_done());
   EXPECT_EQ(lab.reply_to("start")->message(),
-            "protocol:14: perturbation.amplitude_m = 0.5 is not allowed: 0.0005 to 0.03 m");
+            "protocol:14: perturbation.amplitude_m: 0.5 is not allowed; expected 0.0005 to 0.03 m");
   EXPECT_TRUE(lab.records.empty());
   EXPECT_FALSE(lab.machine().is_active());
 }
@@ -61,7 +61,7 @@ TEST(Start, RefusesAStudyAndASecondSession) {
       v1::SESSION_START, "study",
       "schema = 1\nkind = \"study\"\nname = \"s\"\n[[subject]]\nname = \"a\"\nunloaded = \"u.toml\"\n");
   EXPECT_EQ(lab.reply_to("study")->message(),
-            "protocol:2: kind = \"study\" is not allowed: a protocol of one session");
+            "protocol:2: kind: \"study\" is not allowed; expected a protocol of one session");
   lab.command(v1::SESSION_START, "first", small_protocol());
   lab.command(v1::SESSION_START, "second", small_protocol());
   EXPECT_TRUE(lab.reply_to("first")->is_done());

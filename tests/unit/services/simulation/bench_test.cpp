@@ -9,7 +9,7 @@ namespace {
 constexpr double kPeriod = 0.001;
 
 TEST(Bench, HoldsAWeightAgainstTheClampWithTheOppositeForce) {
-  Profile profile;
+  PlantProfile profile;
   profile.bench.is_on = true;
   profile.bench.is_clamped = true;
   profile.bench.load = {4.0, -3.0};
@@ -21,7 +21,7 @@ TEST(Bench, HoldsAWeightAgainstTheClampWithTheOppositeForce) {
 }
 
 TEST(Bench, SettlesWhereWeightAndSpringBalance) {
-  Profile profile;
+  PlantProfile profile;
   profile.bench.is_on = true;
   profile.bench.load = {2.0, -1.0};
   profile.bench.spring = {400.0, 200.0};
@@ -36,7 +36,7 @@ TEST(Bench, SettlesWhereWeightAndSpringBalance) {
 }
 
 TEST(Bench, LeavesTheSubjectAloneAlsoWhenATrialSeatsHim) {
-  Profile profile;
+  PlantProfile profile;
   profile.bench.is_on = true;
   Plant plant(profile, kPeriod);
   plant.seat({{0.3, 0.35}, 0.0}, {0.0, 0.0});  // A place that no arm reaches.
@@ -47,13 +47,13 @@ TEST(Bench, LeavesTheSubjectAloneAlsoWhenATrialSeatsHim) {
 }
 
 TEST(SensorErrors, AreInTheMeasurementAndNotInTheDescription) {
-  Profile profile;
+  PlantProfile profile;
   profile.sensors.force_noise = 0.0;
   profile.sensors.force_resolution = 0.0;
   profile.bench.is_on = true;
   profile.bench.is_clamped = true;
   profile.bench.load = {-10.0, 0.0};
-  Profile wrong = profile;
+  PlantProfile wrong = profile;
   wrong.sensors.errors.zero_count = {100.0, -50.0};
   wrong.sensors.errors.offset_V = {0.5, 0.25};
   wrong.sensors.errors.force_row_x = {0.0, 2.0};

@@ -67,14 +67,15 @@ TEST(Cohort, ReadsTheElevenSubjectsOfTheStudy) {
 }
 
 TEST(Cohort, RefusesWhatIsNoCohort) {
-  EXPECT_EQ(refusal("schema = 1\n"), "cohort.toml: no [[subject]], allowed is one or more");
+  EXPECT_EQ(refusal("schema = 1\n"),
+            "cohort.toml: subject is missing; expected one table [[subject]] or more");
   EXPECT_EQ(refusal("[[subject]]\nlink_masses_kg = [2.0, 1.5]\n"),
-            "cohort.toml: subject 1 has no name, allowed is a text");
+            "cohort.toml: subject[1].name is missing; expected text");
   EXPECT_EQ(refusal("[[subject]]\nname = \"a\"\n[[subject]]\nname = \"a\"\n"),
-            "cohort.toml: subject 'a' is there twice, allowed is once");
-  EXPECT_EQ(
-      refusal("[[subject]]\nname = \"a\"\nlink_masses_kg = [2.0, -1.5]\n"),
-      "cohort.toml, subject 'a': subject.link_masses_kg is [2, -1.5], allowed is two numbers from 0.1 to 20");
+            "cohort.toml: subject[2].name: \"a\" is not allowed; expected each name once");
+  EXPECT_EQ(refusal("[[subject]]\nname = \"a\"\nlink_masses_kg = [2.0, -1.5]\n"),
+            "cohort.toml, subject 'a': subject.link_masses_kg: [2, -1.5] is not allowed; expected [x, y], "
+            "each 0.1 to 20");
 }
 
 }  // namespace

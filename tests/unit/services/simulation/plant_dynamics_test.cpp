@@ -12,15 +12,15 @@ namespace {
 constexpr double kPeriod = 0.001;
 
 // Nothing dissipates, and the hand is seated `offset` (m) off its spring centre.
-Profile lossless_profile() {
-  Profile profile;
+PlantProfile lossless_profile() {
+  PlantProfile profile;
   profile.manipulandum.friction = {{0.0, 0.0}, {0.0, 0.0}, 0.02};
   profile.grip.damping = 0.0;
   profile.subject.damping = {0.0, 0.0, 0.0};
   return profile;
 }
 
-void displace(Plant& plant, const Profile& profile, const Eigen::Vector2d& offset) {
+void displace(Plant& plant, const PlantProfile& profile, const Eigen::Vector2d& offset) {
   ShoulderPose shoulder;
   shoulder.angle = 0.3;
   shoulder =
@@ -30,7 +30,7 @@ void displace(Plant& plant, const Profile& profile, const Eigen::Vector2d& offse
 
 // State at the end of a second of ringing under a torque that changes, with n steps a period.
 PlantState state_after_a_second(unsigned sub_steps) {
-  Profile profile;
+  PlantProfile profile;
   profile.sub_steps = sub_steps;
   Plant plant(profile, kPeriod);
   displace(plant, profile, {0.008, -0.006});
@@ -56,7 +56,7 @@ TEST(PlantIntegration, ConvergesWithTheFourthPowerOfTheStep) {
 }
 
 TEST(PlantEnergy, IsKeptWhenNothingDissipates) {
-  Profile profile = lossless_profile();
+  PlantProfile profile = lossless_profile();
   profile.sub_steps = 16;
   Plant plant(profile, kPeriod);
   displace(plant, profile, {0.03, -0.02});
@@ -72,7 +72,7 @@ TEST(PlantEnergy, IsKeptWhenNothingDissipates) {
 
 TEST(PlantEnergy, IsKeptByASpinningManipulandumSoThatTheCoriolisTermsAreRight) {
   // The hand is open: both chains swing freely and far, the arm on its joint springs.
-  Profile profile = lossless_profile();
+  PlantProfile profile = lossless_profile();
   profile.sub_steps = 4;
   profile.subject.letting_go = {true, 0.0, 1e6};
   Plant plant(profile, kPeriod);
@@ -91,7 +91,7 @@ TEST(PlantEnergy, IsKeptByASpinningManipulandumSoThatTheCoriolisTermsAreRight) {
 }
 
 TEST(PlantEnergy, OnlyFallsWhenNobodyDrives) {
-  const Profile profile;
+  const PlantProfile profile;
   Plant plant(profile, kPeriod);
   displace(plant, profile, {0.02, 0.01});
   double before = plant.energy();
@@ -108,7 +108,7 @@ TEST(PlantClosedForm, SpinsAFreeRotorThroughTheMotorsLag) {
   // Weightless links, the hand open: joint 2 alone is I w' = T (1 - exp(-t / c)), so with joint 1 held back
   // by the same torque on its rotor, the outer link's angle is (T / I) (t^2 / 2 - c t + c^2 (1 - exp(-t /
   // c))).
-  Profile profile;
+  PlantProfile profile;
   profile.manipulandum.link_masses = {0.0, 0.0};
   profile.manipulandum.elbow_motor_mass = 0.0;
   profile.manipulandum.tip_mass = 0.0;
@@ -133,7 +133,7 @@ TEST(PlantClosedForm, SpinsAFreeRotorThroughTheMotorsLag) {
 TEST(PlantClosedForm, RingsAFreeArmAsOneAxisWhenItsMatricesAreProportional) {
   // K = w^2 I and B = 2 z w I at the posture: for small angles every joint follows one and the same damped
   // cosine.
-  Profile profile;
+  PlantProfile profile;
   const double w = 12.0;
   const double z = 0.15;
   const Eigen::Vector2d posture = profile.subject.posture;
@@ -161,7 +161,7 @@ TEST(PlantClosedForm, RingsAFreeArmAsOneAxisWhenItsMatricesAreProportional) {
 
 TEST(PlantClosedForm, SettlesWhereForceAndArmStiffnessBalance) {
   // A steady force of the handle: x = K^-1 f for small displacements, K by the forward model.
-  Profile profile;
+  PlantProfile profile;
   profile.manipulandum.friction.coulomb = {0.0, 0.0};
   Plant plant(profile, kPeriod);
   const Eigen::Vector2d posture = profile.subject.posture;
@@ -176,7 +176,7 @@ TEST(PlantClosedForm, SettlesWhereForceAndArmStiffnessBalance) {
 }
 
 TEST(PlantMotor, ClipsTheTorqueAtItsLimit) {
-  Profile profile;
+  PlantProfile profile;
   profile.manipulandum.torque_limits = {0.5, 0.5};
   Plant plant(profile, kPeriod);
   for (int i = 0; i < 50; ++i) plant.step({100.0, -100.0});

@@ -12,7 +12,7 @@ namespace {
 constexpr double kPeriod = 0.001;
 
 TEST(PlantSensors, CountEncoderStepsDownwards) {
-  Profile profile;
+  PlantProfile profile;
   profile.sensors.encoder_zero = {100.0, -50.0};
   Plant plant(profile, kPeriod);
   for (int i = 0; i < 300; ++i) {
@@ -27,7 +27,7 @@ TEST(PlantSensors, CountEncoderStepsDownwards) {
 }
 
 TEST(PlantSensors, RoundVoltsToTheConvertersStepWithThePublishedNoise) {
-  const Profile profile;
+  const PlantProfile profile;
   Plant plant(profile, kPeriod);
   const double step_V = 0.011 / 4.45;
   constexpr int kCount = 20'000;
@@ -46,7 +46,7 @@ TEST(PlantSensors, RoundVoltsToTheConvertersStepWithThePublishedNoise) {
 }
 
 TEST(PlantSensors, ClipAtFullScale) {
-  Profile profile;
+  PlantProfile profile;
   profile.sensors.force_full_scale = 0.01;
   Plant plant(profile, kPeriod);
   std::set<double> volts;
@@ -56,7 +56,7 @@ TEST(PlantSensors, ClipAtFullScale) {
 }
 
 TEST(PlantSensors, AreConvertedBackToTheTrueForceAndPlaceByTheDescription) {
-  Profile profile;
+  PlantProfile profile;
   profile.sensors.force_noise = 0.0;
   profile.sensors.force_sensor_angle = 0.6;
   profile.sensors.force_offset_V = {0.3, -0.2};
@@ -80,7 +80,7 @@ TEST(PlantSensors, AreConvertedBackToTheTrueForceAndPlaceByTheDescription) {
 
 TEST(PlantSensors, FeelTheInertiaOfTheHandleBeyondTheFlexure) {
   // The hand is open: what the flexure bears is m_h a alone.
-  Profile profile;
+  PlantProfile profile;
   profile.sensors.handle_mass = 0.5;
   profile.subject.letting_go = {true, 0.0, 1e6};
   Plant plant(profile, kPeriod);

@@ -1,7 +1,7 @@
 #include "services/simulation/profile.hpp"
 
 #include <cmath>
-#include <gtest/gtest.h>
+#include <gmock/gmock.h>
 #include <numbers>
 #include <string>
 
@@ -55,10 +55,9 @@ TEST(Profile, TakesListsOfTrialsAndRefusesOthers) {
   const auto profile = parse_profile("[subject.misconduct]\nlets_go_in_trials = [3, 17]\n", "mine.toml");
   ASSERT_TRUE(profile) << profile.error().message;
   EXPECT_EQ(profile->subject.misconduct.lets_go, (std::vector<std::uint64_t>{3, 17}));
-  EXPECT_EQ(
-      refusal("[subject.misconduct]\nlets_go_in_trials = [0]"),
-      "mine.toml: subject.misconduct.lets_go_in_trials is [0], allowed is a list of whole numbers from 1 "
-      "to 1000000");
+  EXPECT_EQ(refusal("[subject.misconduct]\nlets_go_in_trials = [0]"),
+            "mine.toml:2: subject.misconduct.lets_go_in_trials: [0] is not allowed; expected a list of whole "
+            "numbers, each 1 to 1000000");
 }
 
 TEST(Profile, TakesWhatTheTextSaysAndKeepsTheRest) {
@@ -82,61 +81,63 @@ TEST(Profile, TakesWhatTheTextSaysAndKeepsTheRest) {
 
 TEST(Profile, NamesFileKeyValueAndLimitsOfWhatItRefuses) {
   EXPECT_EQ(refusal("[grip]\nstiffness_N_per_m = 3"),
-            "mine.toml: grip.stiffness_N_per_m is 3, allowed is a number from 1000 to 2000000");
+            "mine.toml:2: grip.stiffness_N_per_m: 3 is not allowed; expected 1000 to 2000000");
   EXPECT_EQ(refusal("[sensors]\nforce_noise_N = \"low\""),
-            "mine.toml: sensors.force_noise_N is 'low', allowed is a number from 0 to 10");
-  EXPECT_EQ(refusal("[manipulandum]\nlink_lengths_m = [0.3]"),
-            "mine.toml: manipulandum.link_lengths_m is [0.3], allowed is two numbers from 0.05 to 2");
+            "mine.toml:2: sensors.force_noise_N: \"low\" is not allowed; expected 0 to 10");
+  EXPECT_EQ(
+      refusal("[manipulandum]\nlink_lengths_m = [0.3]"),
+      "mine.toml:2: manipulandum.link_lengths_m: [0.3] is not allowed; expected [x, y], each 0.05 to 2");
   EXPECT_EQ(refusal("[simulation]\nsub_steps = 2.5"),
-            "mine.toml: simulation.sub_steps is 2.5, allowed is a whole number from 1 to 1000");
-  EXPECT_EQ(refusal("[simulation]\nseed = -1"),
-            "mine.toml: simulation.seed is -1, allowed is a whole number from 0 to 4611686018427387904");
+            "mine.toml:2: simulation.sub_steps: 2.5 is not allowed; expected a whole number, 1 to 1000");
+  EXPECT_EQ(
+      refusal("[simulation]\nseed = -1"),
+      "mine.toml:2: simulation.seed: -1 is not allowed; expected a whole number, 0 to 4611686018427387904");
   EXPECT_EQ(refusal("[subject.drift]\nis_on = 1"),
-            "mine.toml: subject.drift.is_on is 1, allowed is true or false");
-  EXPECT_EQ(refusal("subject = 4"), "mine.toml: subject is 4, allowed is a table");
+            "mine.toml:2: subject.drift.is_on: 1 is not allowed; expected true or false");
+  EXPECT_EQ(refusal("subject = 4"), "mine.toml:1: subject: 4 is not allowed; expected a table [subject]");
   EXPECT_EQ(refusal("[loop]\nrate_Hz = nan"),
-            "mine.toml: loop.rate_Hz is nan, allowed is a number from 50 to 4000");
+            "mine.toml:2: loop.rate_Hz: nan is not allowed; expected 50 to 4000");
 }
 
-TEST(Profile, RefusesAnUnknownKeyAtEveryDepthAndListsTheKnownOnes) {
-  EXPECT_EQ(
-      refusal("[grip]\nstifness_N_per_m = 1e5"),
-      "mine.toml: grip.stifness_N_per_m is an unknown key, allowed are stiffness_N_per_m, damping_Ns_per_m");
+TEST(Profile, RefusesAnUnknownKeyAtEveryDepthAndNamesTheOnesThatMayBeMeant) {
+  EXPECT_EQ(refusal("[grip]\nstifness_N_per_m = 1e5"),
+            "mine.toml:2: grip.stifness_N_per_m: unknown key; did you mean stiffness_N_per_m?");
   EXPECT_EQ(
       refusal("[subject.reflex.stiffness_Nm_per_rad]\nwrist = 1.0"),
-      "mine.toml: subject.reflex.stiffness_Nm_per_rad.wrist is an unknown key, allowed are shoulder, elbow, "
+      "mine.toml:2: subject.reflex.stiffness_Nm_per_rad.wrist: unknown key; expected one of elbow, shoulder, "
       "two_joint");
-  EXPECT_EQ(refusal("[robot]"),
-            "mine.toml: robot is an unknown key, allowed are simulation, loop, manipulandum, sensors, grip, "
-            "subject, bench, limits, control");
+  EXPECT_EQ(
+      refusal("[robot]"),
+      "mine.toml:1: robot: unknown key; expected one of bench, control, grip, limits, loop, manipulandum, "
+      "sensors, simulation, subject");
 }
 
 TEST(Profile, NamesThePlaceOfASyntaxError) {
-  EXPECT_EQ(refusal("[grip]\nstiffness_N_per_m = = 3").substr(0, 27), "mine.toml: line 2, column 2");
+  EXPECT_EQ(refusal("[grip]\nstiffness_N_per_m = = 3").substr(0, 22), "mine.toml:2: not TOML:");
 }
 
 TEST(Profile, RefusesWhatDoesNotFitTogether) {
-  EXPECT_EQ(refusal("[subject]\nposture_m = [0.0, 0.7]"),
-            "mine.toml: subject.posture_m is [0, 0.7], allowed is a distance from 0.03 to 0.65 m, exclusive");
   EXPECT_EQ(
-      refusal("[manipulandum]\nhome_m = [0.1, 0.35]"),
-      "mine.toml: manipulandum.home_m is [0.1, 0.35], allowed is less than limits.workspace_radius_m = 0.08 "
-      "from limits.workspace_centre_m = [0.3, 0.35]");
-  EXPECT_EQ(refusal("[subject.joint_stiffness_Nm_per_rad]\ntwo_joint = -12.0"),
-            "mine.toml: subject.joint_stiffness_Nm_per_rad is {shoulder = 22, elbow = 17, two_joint = -12}, "
-            "allowed is "
-            "what makes [[s + d, d], [d, e + d]] positive definite");
-  EXPECT_EQ(refusal("[simulation]\nsub_steps = 1"),
-            "mine.toml: simulation.sub_steps is 1, allowed is 2 or more for this grip at 1000 Hz");
+      refusal("[subject]\nposture_m = [0.0, 0.7]"),
+      "mine.toml:2: subject.posture_m: [0, 0.7] is not allowed; expected a distance from 0.03 to 0.65 m, "
+      "exclusive");
+  EXPECT_EQ(refusal("[manipulandum]\nhome_m = [0.1, 0.35]"),
+            "mine.toml:2: manipulandum.home_m: [0.1, 0.35] is not allowed; expected less than "
+            "limits.workspace_radius_m = 0.08 from limits.workspace_centre_m = [0.3, 0.35]");
+  EXPECT_EQ(
+      refusal("[subject.joint_stiffness_Nm_per_rad]\ntwo_joint = -12.0"),
+      "mine.toml:1: subject.joint_stiffness_Nm_per_rad: {shoulder = 22, elbow = 17, two_joint = -12} is not "
+      "allowed; expected values that make [[s + d, d], [d, e + d]] positive definite");
+  EXPECT_EQ(
+      refusal("[simulation]\nsub_steps = 1"),
+      "mine.toml:2: simulation.sub_steps: 1 is not allowed; expected 2 or more for this grip at 1000 Hz");
 }
 
 TEST(Profile, SaysThatAFileIsNotThere) {
   const auto result = load_profile("no/such/profile.toml");
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kNotFound);
-  EXPECT_EQ(
-      result.error().message,
-      "profile no/such/profile.toml: cannot be read: No such file or directory, allowed is a TOML file");
+  EXPECT_THAT(result.error().message, ::testing::StartsWith("profile no/such/profile.toml"));
 }
 
 TEST(Profile, DescribesItsRigAndModelsItsInertia) {

@@ -173,7 +173,7 @@ TEST(Subject, TiresByTheExponentialLaw) {
 }
 
 TEST(Subject, LetsGoAndHoldsAgain) {
-  Profile profile;
+  PlantProfile profile;
   profile.subject.letting_go = {true, 0.1, 0.2};
   Plant plant(profile, kPeriod);
   ShoulderPose shoulder;  // 10 mm off the spring centre, so that the hold bears force.
