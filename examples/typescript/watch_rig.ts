@@ -15,14 +15,18 @@ interface RigState {
 const url = process.argv[2] ?? "ws://127.0.0.1:8765";
 const client = new FoxgloveClient({ ws: new WebSocket(url, [FoxgloveClient.SUPPORTED_SUBPROTOCOL]) });
 let reader: MessageReader<RigState>;
+let modes = new Map<number, string>(); // as the contract names them: RIG_IN_TRIAL, ...
 
 client.on("advertise", (channels) => {
   const channel = channels.find(({ topic }) => topic === "rig/state")!;
-  reader = new MessageReader(channel.schemaName, parseIDL(channel.schema));
+  const definitions = parseIDL(channel.schema);
+  reader = new MessageReader(channel.schemaName, definitions);
+  const mode = definitions.find(({ name }) => name?.endsWith("::RigMode") ?? false);
+  modes = new Map(mode?.definitions.map((one) => [Number(one.value), one.name]));
   client.subscribe(channel.id);
 });
 client.on("message", ({ data }) => {
   const state = reader.readMessage(data);
-  console.log(`mode ${["starting", "idle", "in trial", "fault"][state.mode]}, ${state.next_sequence} samples`);
+  console.log(`mode ${modes.get(state.mode) ?? state.mode}, ${state.next_sequence} samples`);
 });
 client.on("close", () => process.exit(1));

@@ -4,6 +4,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "services/contract/rig.hpp"
+
 namespace tonus::rig {
 namespace {
 
@@ -80,8 +82,7 @@ Result<std::uint32_t> RecordedTrials::prepare(v1::TrialProgram& program) const {
                                                   record.name, record.events, program.recording_event()));
   }
   program.posture_m({record.posture.x(), record.posture.y()});
-  program.shoulder_origin_m({record.shoulder.origin.x(), record.shoulder.origin.y()});
-  program.shoulder_angle_rad(record.shoulder.angle);
+  contract::put_shoulder(record.shoulder, program);
   return static_cast<std::uint32_t>(static_cast<std::int64_t>(record.whole_segment) + 1 +
                                     program.recording_event());
 }

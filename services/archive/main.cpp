@@ -74,7 +74,7 @@ Result<void> run(const Options& options) {
   std::string store_name = options.store;
   if (store_name.empty()) {
     TONUS_TRY_ASSIGN(const auto folder, runtime::data_folder(options.common));
-    store_name = (folder / "archive.sqlite").string();
+    store_name = store::default_store(folder).string();
   }
   TONUS_TRY_ASSIGN(const auto bus, runtime::open_bus(options.common, kProgram));
   TONUS_TRY_ASSIGN(auto health,

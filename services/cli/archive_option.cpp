@@ -10,7 +10,8 @@ namespace tonus::cli {
 
 std::string ArchiveOption::name() const {
   if (!archive.empty()) return archive;
-  return default_store(data.empty() ? runtime::default_data_folder() : std::filesystem::path(data)).string();
+  return store::default_store(data.empty() ? runtime::default_data_folder() : std::filesystem::path(data))
+      .string();
 }
 
 void add_archive_option(CLI::App& command, ArchiveOption& option) {

@@ -95,7 +95,7 @@ Estimates identify_source(const IdentifyOptions& options, const std::vector<impe
   const bool is_url = options.source.find("://") != std::string::npos;
   if (is_url || std::filesystem::is_regular_file(source))
     return identify_archive(options.source, options, analyses);
-  const auto in_folder = source / "archive.sqlite";
+  const auto in_folder = store::default_store(source);
   const bool is_dataset = std::filesystem::exists(source / "dataset_description.json");
   if (!is_dataset && std::filesystem::exists(in_folder))
     return identify_archive(in_folder.string(), options, analyses);

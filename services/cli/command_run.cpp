@@ -5,22 +5,24 @@
 
 #include "services/cli/command_dry_run.hpp"
 #include "services/cli/commands.hpp"
-#include "services/cli/operator_end.hpp"
+#include "services/cli/operator_connection.hpp"
 #include "services/cli/session_run.hpp"
 #include "services/cli/study_run.hpp"
 #include "services/cli/system.hpp"
 #include "services/protocol/protocol_file.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus::cli {
 namespace {
 
-constexpr std::chrono::seconds kRosterLimit{30};
 constexpr const char* kStudyProtocol = "deploy/protocols/study.toml";
 constexpr const char* kStudyCohort = "deploy/profiles/cohort.toml";
 
 void add_run_options(CLI::App& command, RunOptions& run) {
   command.add_option("protocol", run.protocol, "TOML file of the protocol");
-  command.add_option("--subject", run.subject, "who is measured; of a study, whose sessions are run")
+  command
+      .add_option("--subject", run.subject,
+                  "the subject's name; for a study, the subject whose sessions to run")
       ->capture_default_str();
   command.add_option("--seed", run.seed, "of random orders and waits")->capture_default_str();
   command.add_option("--json", run.json, "file for the results");
@@ -28,7 +30,7 @@ void add_run_options(CLI::App& command, RunOptions& run) {
 
 Result<void> check(const RunOptions& run) {
   if (run.protocol.empty() == run.dataset.empty()) {
-    return fail(ErrorCode::kInvalidArgument, "either a protocol or --dataset is needed");
+    return fail(ErrorCode::kInvalidArgument, "protocol is missing; expected a protocol's file or --dataset");
   }
   return {};
 }
@@ -65,10 +67,10 @@ Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& ru
   }
   const auto subject = subject_of_study(run);
   if (!subject) return subject.error();
-  auto end = OperatorEnd::join(common);
+  auto end = OperatorConnection::join(common);
   if (!end) return end.error();
-  OperatorEnd& op = **end;
-  if (auto complete = op.wait_for_roster(kRosterLimit); !complete) return complete;
+  OperatorConnection& op = **end;
+  if (auto complete = op.wait_for_roster(); !complete) return complete;
   if (*subject) return run_study_subject(op, run, **subject);
   return run_session(
       op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.interruptions(); });
@@ -80,7 +82,7 @@ Result<void> attach(const runtime::CommonOptions& common, const RunOptions& run)
     return fail(ErrorCode::kInvalidArgument,
                 "--attach watches the session that goes on: no protocol, --dataset or --dry-run is allowed");
   }
-  TONUS_TRY_ASSIGN(const auto end, OperatorEnd::join(common));
+  TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
   return run_session(
       end->client(), run, end->clock(), [] { return Result<void>(); }, [&] { return end->interruptions(); });
 }
@@ -101,7 +103,7 @@ Result<void> study(SystemOptions& system_options, const RunOptions& run, const p
   std::printf("%zu subjects in %.1f s\n", protocol.subjects.size(),
               std::chrono::duration<double>(clock.now() - begun).count());
   const std::string store =
-      system_options.store.empty() ? default_store(*data).string() : system_options.store;
+      system_options.store.empty() ? store::default_store(*data).string() : system_options.store;
   std::printf("archive: %s\n", store.c_str());
   return {};
 }
@@ -127,19 +129,19 @@ Result<void> demo(SystemOptions& system_options, RunOptions& run, const std::str
     system_options.driver = "replay";
   }
   system_options.resumes_unattended |= moves_nothing_real(system_options);
-  auto end = OperatorEnd::join(system_options.common);
+  auto end = OperatorConnection::join(system_options.common);
   if (!end) return end.error();
-  OperatorEnd& op = **end;
+  OperatorConnection& op = **end;
   auto system = System::start(system_options, op.clock());
   if (!system) return system.error();
   const auto supervise = [&] { return system->supervise("tonus demo"); };
-  if (auto complete = op.wait_for_roster(kRosterLimit, supervise); !complete) return complete;
+  if (auto complete = op.wait_for_roster(supervise); !complete) return complete;
   if (auto ran = run_session(op.client(), run, op.clock(), supervise, [&] { return op.interruptions(); });
       !ran) {
     return ran;
   }
   const std::string store =
-      system_options.store.empty() ? default_store(system->data()).string() : system_options.store;
+      system_options.store.empty() ? store::default_store(system->data()).string() : system_options.store;
   std::printf("archive: %s\n", store.c_str());
   return {};
 }

@@ -4,7 +4,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/cli/commands.hpp"
-#include "services/cli/operator_end.hpp"
+#include "services/cli/operator_connection.hpp"
 #include "services/contract/names.hpp"
 #include "services/runtime/rig_stop.hpp"
 
@@ -16,7 +16,7 @@ constexpr std::chrono::seconds kReplyLimit{30};
 constexpr std::chrono::seconds kStopLimit{5};
 
 Result<void> status(const runtime::CommonOptions& common) {
-  auto end = OperatorEnd::join(common);
+  auto end = OperatorConnection::join(common);
   if (!end) return end.error();
   SessionClient& client = (*end)->client();
   const auto is_known = [&] {
@@ -65,7 +65,7 @@ Result<void> stop(const runtime::CommonOptions& common) {
 }
 
 Result<void> clear_fault(const runtime::CommonOptions& common) {
-  TONUS_TRY_ASSIGN(const auto end, OperatorEnd::join(common));
+  TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
   SessionClient& client = end->client();
   const Id rig = id_of("rig/" + common.rig);
   if (!client.wait_for([&] { return client.rig_state(rig).has_value(); }, kLook)) {
@@ -88,7 +88,7 @@ Result<void> clear_fault(const runtime::CommonOptions& common) {
 }
 
 Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest request) {
-  auto end = OperatorEnd::join(common);
+  auto end = OperatorConnection::join(common);
   if (!end) return end.error();
   SessionClient& client = (*end)->client();
   if (!client.wait_for([&] { return client.newest_state().has_value(); }, kLook)) {

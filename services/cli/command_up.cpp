@@ -3,37 +3,36 @@
 #include <memory>
 
 #include "services/cli/commands.hpp"
-#include "services/cli/operator_end.hpp"
+#include "services/cli/operator_connection.hpp"
 #include "services/cli/system.hpp"
 
 namespace tonus::cli {
 namespace {
 
-constexpr std::chrono::seconds kRosterLimit{30};
 constexpr char kName[] = "tonus up";
 
 /// Says where the pages are.
-Result<void> tell_dashboard(OperatorEnd& op, System& system) {
+Result<void> tell_dashboard(OperatorConnection& op, System& system) {
   const auto health = [&op] { return op.client().roster().find(v1::ROLE_DASHBOARD); };
   const auto deadline = op.clock().now() + kRosterLimit;
   while (!op.client().wait_for([&] { return health() && health()->is_ready(); },
                                std::chrono::milliseconds(100), [&op] { return op.is_interrupted(); })) {
     if (auto kept = system.supervise(kName); !kept) return kept;
     if (op.is_interrupted() || op.clock().now() > deadline)
-      return fail(ErrorCode::kTimeout, "dashboard is not there");
+      return fail(ErrorCode::kTimeout, "dashboard did not become ready");
   }
   std::printf("dashboard %s\n", health()->state().c_str());
   return {};
 }
 
 Result<void> up(const SystemOptions& options) {
-  auto end = OperatorEnd::join(options.common);
+  auto end = OperatorConnection::join(options.common);
   if (!end) return end.error();
-  OperatorEnd& op = **end;
+  OperatorConnection& op = **end;
   const auto begun = op.clock().now();
   auto system = System::start(options, op.clock());
   if (!system) return system.error();
-  const auto complete = op.wait_for_roster(kRosterLimit, [&] { return system->supervise(kName); });
+  const auto complete = op.wait_for_roster([&] { return system->supervise(kName); });
   if (!complete && op.held().empty()) return complete;  // a held rig waits for its operator
   std::printf(
       "ready after %.1f s: rig, scheduler, identification, archive in domain %d over %s; data in %s\n",

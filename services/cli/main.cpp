@@ -28,7 +28,7 @@ int main(int argc, char** argv) {
   cli::add_recover_command(app, chosen);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   if (!chosen) {
-    std::fprintf(stderr, "tonus: a command is needed (--help lists them)\n");
+    std::fprintf(stderr, "tonus: command is missing; tonus --help lists them\n");
     return 2;
   }
   return chosen();

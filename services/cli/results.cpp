@@ -6,6 +6,7 @@
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/contract/names.hpp"
 #include "services/contract/rig.hpp"
 
 namespace tonus::cli {
@@ -117,7 +118,7 @@ json condition(const ConditionResult& result) {
             {"trials_used", e.trials_used()},
             {"trials_rejected", rejected},
             {"samples", e.samples()},
-            {"status", status_name(e.status())},
+            {"status", v1::status_name(e.status())},
             {"reasons", e.reasons()}};
   if (e.status() != v1::ESTIMATE_UNDETERMINED) {
     c["M_kg"] = matrix(e.mass_kg().value(), axes);
@@ -254,18 +255,6 @@ const char* test_name(v1::FitTest test) {
   return "unknown";
 }
 
-const char* status_name(v1::EstimateStatus status) {
-  switch (status) {
-    case v1::ESTIMATE_OK:
-      return "ok";
-    case v1::ESTIMATE_UNDETERMINED:
-      return "undetermined";
-    case v1::ESTIMATE_SUSPECT:
-      return "suspect";
-  }
-  return "unknown";
-}
-
 std::string as_text(const v1::Estimate& e, const Truth& truth) {
   const unsigned axes = e.axes();
   std::string text = e.posture();
@@ -276,7 +265,7 @@ std::string as_text(const v1::Estimate& e, const Truth& truth) {
   }
   if (!e.instruction().empty()) text += ", " + e.instruction();
   text += fmt::format("; {}, {} model; {} trials, {} rejected; {}\n", e.method(), e.model(), e.trials_used(),
-                      e.trials_rejected(), status_name(e.status()));
+                      e.trials_rejected(), v1::status_name(e.status()));
   for (const auto& reason : e.reasons()) text += "  " + reason + "\n";
   if (e.status() == v1::ESTIMATE_UNDETERMINED) return text;
 

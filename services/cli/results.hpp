@@ -44,8 +44,6 @@ struct ConditionResult {
 /// predicted spring centres, modulation of K and B. Units in the keys.
 [[nodiscard]] nlohmann::json as_json(const std::vector<study::LoadedPosture>& postures);
 
-/// "ok", "undetermined" or "suspect".
-[[nodiscard]] const char* status_name(v1::EstimateStatus status);
 /// explained_share, coherence, ... as in the names of FitTest.
 [[nodiscard]] const char* test_name(v1::FitTest test);
 

@@ -101,7 +101,7 @@ Result<std::string> SessionClient::ask(bus::TypedWriter<Command>& writer, Comman
   if (command.requested_by().empty()) command.requested_by("command line");
   const auto deadline = clock_->now() + limit;
   while (clock_->now() < deadline) {
-    // A command that finds the history full, or nobody to take it, is sent again below.
+    // A command that finds the history full or no reader is sent again below.
     (void)writer.write(command);
     if (!wait_for([&] { return replies_.contains(id); }, kAskAgain)) continue;
     const auto& reply = replies_.at(id);

@@ -11,8 +11,6 @@
 namespace tonus::cli {
 namespace {
 
-constexpr std::chrono::seconds kRosterLimit{30};
-
 Result<std::filesystem::path> write_profile(const std::filesystem::path& data,
                                             const simulation::CohortSubject& subject) {
   std::error_code error;
@@ -26,7 +24,7 @@ Result<std::filesystem::path> write_profile(const std::filesystem::path& data,
 }
 
 /// One session after the other. File names are relative to the study's own, `run.protocol`.
-Result<void> run_sessions(OperatorEnd& op, RunOptions run, const protocol::StudySubject& subject,
+Result<void> run_sessions(OperatorConnection& op, RunOptions run, const protocol::StudySubject& subject,
                           const std::function<Result<void>()>& tick) {
   const auto folder = std::filesystem::path(run.protocol).parent_path();
   run.subject = subject.name;
@@ -45,13 +43,13 @@ Result<void> run_sessions(OperatorEnd& op, RunOptions run, const protocol::Study
 /// Everything of one subject on services of its own.
 Result<void> run_on_own_services(const SystemOptions& system_options, const RunOptions& run,
                                  const protocol::StudySubject& subject) {
-  auto end = OperatorEnd::join(system_options.common);
+  auto end = OperatorConnection::join(system_options.common);
   if (!end) return end.error();
-  OperatorEnd& op = **end;
+  OperatorConnection& op = **end;
   auto system = System::start(system_options, op.clock());
   if (!system) return system.error();
   const auto supervise = [&] { return system->supervise("tonus demo"); };
-  if (auto complete = op.wait_for_roster(kRosterLimit, supervise); !complete) return complete;
+  if (auto complete = op.wait_for_roster(supervise); !complete) return complete;
   return run_sessions(op, run, subject, supervise);
 }
 
@@ -64,10 +62,10 @@ Result<protocol::StudySubject> study_subject(const RunOptions& run, const protoc
     names += (names.empty() ? "" : ", ") + subject.name;
   }
   return fail(ErrorCode::kInvalidArgument, "--subject '" + run.subject + "' is not in the study " +
-                                               run.protocol + "; allowed are " + names);
+                                               run.protocol + "; expected one of " + names);
 }
 
-Result<void> run_study_subject(OperatorEnd& op, const RunOptions& run,
+Result<void> run_study_subject(OperatorConnection& op, const RunOptions& run,
                                const protocol::StudySubject& subject) {
   return run_sessions(op, run, subject, [] { return Result<void>(); });
 }

@@ -1,6 +1,6 @@
 #pragma once
 
-#include "services/cli/operator_end.hpp"
+#include "services/cli/operator_connection.hpp"
 #include "services/cli/session_run.hpp"
 #include "services/cli/system.hpp"
 #include "services/protocol/protocol.hpp"
@@ -19,7 +19,7 @@ namespace tonus::cli {
 
 /// Every session that the study has for one subject, one after the other, on services that are up. The first
 /// one that does not complete is the error.
-[[nodiscard]] Result<void> run_study_subject(OperatorEnd& op, const RunOptions& run,
+[[nodiscard]] Result<void> run_study_subject(OperatorConnection& op, const RunOptions& run,
                                              const protocol::StudySubject& subject);
 
 }  // namespace tonus::cli

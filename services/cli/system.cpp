@@ -176,6 +176,4 @@ Result<void> System::supervise(const char* program) {
   return {};
 }
 
-std::filesystem::path default_store(const std::filesystem::path& data) { return data / "archive.sqlite"; }
-
 }  // namespace tonus::cli

@@ -65,7 +65,4 @@ class System {
   Supervisor supervisor_;
 };
 
-/// Where the archive of a data folder lies by default.
-[[nodiscard]] std::filesystem::path default_store(const std::filesystem::path& data);
-
 }  // namespace tonus::cli

@@ -52,4 +52,44 @@ const char* end_name(TrialEnd end) {
   return "unknown end";
 }
 
+const char* reason_name(VerdictReason reason) {
+  switch (reason) {
+    case REASON_NOT_COMPLETED:
+      return "not completed";
+    case REASON_OFF_TARGET:
+      return "off target";
+    case REASON_BIAS_NOT_REACHED:
+      return "bias not reached";
+    case REASON_BIAS_NOT_HELD:
+      return "bias not held";
+    case REASON_EARLY_REACTION:
+      return "early reaction";
+    case REASON_SATURATED:
+      return "saturated";
+    case REASON_GAP:
+      return "gap";
+    case REASON_EXCURSION:
+      return "excursion";
+    case REASON_NOT_AT_REST:
+      return "not at rest";
+    case REASON_UNKNOWN_RIG:
+      return "unknown rig";
+    case REASON_LET_GO:
+      return "let go";
+  }
+  return "unknown reason";
+}
+
+const char* status_name(EstimateStatus status) {
+  switch (status) {
+    case ESTIMATE_OK:
+      return "ok";
+    case ESTIMATE_UNDETERMINED:
+      return "undetermined";
+    case ESTIMATE_SUSPECT:
+      return "suspect";
+  }
+  return "unknown";
+}
+
 }  // namespace tonus::v1

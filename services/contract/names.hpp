@@ -18,4 +18,10 @@ namespace tonus::v1 {
 /// "completed", "aborted", "faulted", ...
 [[nodiscard]] const char* end_name(TrialEnd end);
 
+/// Why a trial is not valid: "off target", "bias not held", ...
+[[nodiscard]] const char* reason_name(VerdictReason reason);
+
+/// "ok", "undetermined" or "suspect".
+[[nodiscard]] const char* status_name(EstimateStatus status);
+
 }  // namespace tonus::v1

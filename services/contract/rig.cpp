@@ -69,6 +69,11 @@ ShoulderPose shoulder_of(const v1::TrialProgram& program) {
   return {{program.shoulder_origin_m()[0], program.shoulder_origin_m()[1]}, program.shoulder_angle_rad()};
 }
 
+void put_shoulder(const ShoulderPose& shoulder, v1::TrialProgram& program) {
+  program.shoulder_origin_m({shoulder.origin[0], shoulder.origin[1]});
+  program.shoulder_angle_rad(shoulder.angle);
+}
+
 SampleFlags flags_of(const v1::RigSample& sample) {
   return {(sample.flags() & v1::SAMPLE_SATURATED) != 0, (sample.flags() & v1::SAMPLE_MISSING) != 0};
 }

@@ -25,6 +25,7 @@ void put_geometry(const RigGeometry& geometry, v1::RigDescription& description);
 
 /// Where the subject's shoulder stands for this trial.
 [[nodiscard]] ShoulderPose shoulder_of(const v1::TrialProgram& program);
+void put_shoulder(const ShoulderPose& shoulder, v1::TrialProgram& program);
 
 /// Bits of RigSample.flags, as idl/rig.idl defines them.
 struct SampleFlags {
@@ -49,7 +50,8 @@ struct MatrixUnits {
 };
 
 /// m and N give kg, N s/m, N/m; rad and N m give kg m2, N m s/rad, N m/rad; anything else is written out,
-/// such as "V s2/m". A unit that is not stated is m or N, as in the pages (unitOf in matrices.ts).
+/// such as "V s2/m". A unit that is not stated is m or N, as in the pages (unitOf in matrices.ts);
+/// tests/unit/services/contract/matrix_units.json holds both.
 [[nodiscard]] MatrixUnits matrix_units(const RigUnits& units);
 
 }  // namespace tonus::contract

@@ -9,6 +9,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/rig.hpp"
+#include "services/contract/trial.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/crc32c.hpp"
 #include "services/store/block_header.hpp"
@@ -153,16 +154,13 @@ class SessionMaker {
     const recording::Stretch range = range_of(record, event);
     v1::TrialOutcome outcome;
     v1::TrialProgram& program = outcome.program();
+    program = contract::new_program(event.is_continuous() ? v1::TRIAL_RECORDING : v1::TRIAL_PERTURBATION,
+                                    {posture, posture_index, place});
     program.session_id(plan_.session_id());
     program.rig_id(plan_.rig_id());
     program.attempt(static_cast<std::uint32_t>(event.trial));
     program.planned_index(counted_++);
-    program.kind(event.is_continuous() ? v1::TRIAL_RECORDING : v1::TRIAL_PERTURBATION);
-    program.posture(posture);
-    program.posture_index(posture_index);
-    program.posture_m({place[0], place[1]});
-    program.shoulder_origin_m({record.shoulder.origin[0], record.shoulder.origin[1]});
-    program.shoulder_angle_rad(record.shoulder.angle);
+    contract::put_shoulder(record.shoulder, program);
     program.set_number(static_cast<std::int32_t>(event.set));
     program.instruction(event.instruction);
     program.direction_deg(event.direction_deg.value_or(0.0));
@@ -172,8 +170,6 @@ class SessionMaker {
     program.bias_N(event.bias_N);
     program.bias_hold_s(event.bias_hold_s.value_or(0.0));
     program.bias_threshold_N(event.bias_threshold_N.value_or(0.0));
-    program.recording_index(-1);
-    program.recording_event(-1);
     outcome.trial_id(trial_id(plan_.session_id(), program.attempt()));
     outcome.epoch(stream_.epoch);
     outcome.end(event.is_valid ? v1::TRIAL_COMPLETED : v1::TRIAL_BROKEN_OFF);

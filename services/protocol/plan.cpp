@@ -2,6 +2,8 @@
 
 #include <cmath>
 
+#include "services/contract/rig.hpp"
+#include "services/contract/trial.hpp"
 #include "services/protocol/draws.hpp"
 #include "services/protocol/rig_facts.hpp"
 
@@ -22,19 +24,6 @@ void draw_times(const Protocol& protocol, bool has_bias, Draws& draws, v1::Trial
   if (!has_bias) return;
   program.bias_ramp_s(drawn(protocol.bias->ramp));
   program.bias_hold_s(drawn(protocol.bias->hold));
-}
-
-v1::TrialProgram base_program(const std::string& posture, std::uint32_t index,
-                              const Eigen::Vector2d& position) {
-  v1::TrialProgram program;
-  program.kind(v1::TRIAL_PERTURBATION);
-  program.posture(posture);
-  program.posture_index(index);
-  program.posture_m(pair(position));
-  program.set_number(1);
-  program.recording_index(-1);
-  program.recording_event(-1);
-  return program;
 }
 
 void append(Plan& plan, v1::TrialProgram program) {
@@ -62,7 +51,8 @@ void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan&
   plan.blocks.push_back(block);
   const Posture& posture = protocol.postures[block.posture_index];
   for (const int k : directions) {
-    v1::TrialProgram program = base_program(posture.name, block.posture_index, posture.position);
+    v1::TrialProgram program =
+        contract::new_program(v1::TRIAL_PERTURBATION, {posture.name, block.posture_index, posture.position});
     program.shoulder_angle_rad(protocol.shoulder_angle);
     program.set_number(block.set_number);
     program.instruction(protocol.instructions[block.instruction_index].name);
@@ -80,9 +70,9 @@ void append_recording(const Recording& recording, std::uint32_t index, Plan& pla
   Block block;
   block.posture_index = index;
   plan.blocks.push_back(block);
-  v1::TrialProgram program = base_program(recording.name, index, recording.position);
-  program.shoulder_origin_m(pair(recording.shoulder));
-  program.shoulder_angle_rad(recording.shoulder_angle);
+  v1::TrialProgram program =
+      contract::new_program(v1::TRIAL_PERTURBATION, {recording.name, index, recording.position});
+  contract::put_shoulder({recording.shoulder, recording.shoulder_angle}, program);
   program.instruction(recording.instruction);
   program.recording_index(static_cast<std::int32_t>(index));
   if (recording.is_whole) {

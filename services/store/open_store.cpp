@@ -33,6 +33,8 @@ Result<std::unique_ptr<Store>> open(const std::string& name, SqliteStore::Access
 
 }  // namespace
 
+std::filesystem::path default_store(const std::filesystem::path& data) { return data / "archive.sqlite"; }
+
 Result<std::unique_ptr<Store>> open_store_for_writing(const std::string& name) {
   return open(name, SqliteStore::Access::kWrite);
 }

@@ -1,11 +1,15 @@
 #pragma once
 
+#include <filesystem>
 #include <memory>
 #include <string>
 
 #include "services/store/store.hpp"
 
 namespace tonus::store {
+
+/// The archive of a data folder, where a person names none: archive.sqlite.
+[[nodiscard]] std::filesystem::path default_store(const std::filesystem::path& data);
 
 /// Opens the store that a person names: the path of an SQLite file, the URL of a PostgreSQL database
 /// (postgresql://USER@HOST/DATABASE), or ":memory:" for the simulated counterpart, which keeps nothing. The

@@ -14,6 +14,7 @@
 #include "services/runtime/loop.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/version.hpp"
+#include "services/store/open_store.hpp"
 
 namespace tonus {
 namespace {
@@ -67,15 +68,17 @@ Result<dashboard::ServerOptions> server_options(const Options& o) {
   auto listen = dashboard::parse_listen(o.listen);
   if (!listen) return listen.error();
   if (o.tokens.empty() && !dashboard::is_loopback_name(listen->address) && listen->address != "::1") {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("--listen {}: others could reach it, so --tokens is needed", o.listen));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("--listen: {} is not allowed without --tokens; expected an address of the loopback",
+                    o.listen));
   }
   const auto data = runtime::data_folder(o.common);
   if (!data) return data.error();
   server.listen = *listen;
   server.certificate = o.certificate;
   server.key = o.key;
-  server.folders.store = o.store.empty() ? (*data / "archive.sqlite").string() : o.store;
+  server.folders.store = o.store.empty() ? store::default_store(*data).string() : o.store;
   server.folders.protocols =
       o.protocols.empty() ? shared_folder() / "protocols" : std::filesystem::path(o.protocols);
   server.folders.reports = o.reports.empty() ? *data / "reports" : std::filesystem::path(o.reports);

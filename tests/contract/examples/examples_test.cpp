@@ -77,7 +77,7 @@ TEST_P(Examples, TypeScriptSubscriberPrintsTheRigsMode) {
   const auto begin = output.find("http") + 4;
   const auto url = "ws" + output.substr(begin, output.find('\n', begin) - begin);
   Process example(TONUS_NODE, {script, url}, folder_ / "output");
-  EXPECT_TRUE(example.wait_for_output("mode in trial, 4711 samples", kLimit)) << example.output();
+  EXPECT_TRUE(example.wait_for_output("mode RIG_IN_TRIAL, 4711 samples", kLimit)) << example.output();
 }
 
 INSTANTIATE_TEST_SUITE_P(Vendors, Examples,

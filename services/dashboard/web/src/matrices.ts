@@ -19,11 +19,13 @@ export function matrixOf(estimate: Estimate, name: MatrixName): MatrixEstimate {
   }
 }
 
+/// As matrix_units() in services/contract/rig.cpp; one file of cases holds both.
 export function unitOf(estimate: Estimate, name: MatrixName): string {
   const force = estimate.force_unit || "N";
   const displacement = estimate.displacement_unit || "m";
   if (force === "N" && displacement === "m") return { M: "kg", B: "N s/m", K: "N/m" }[name];
-  return { M: `${force} s²/${displacement}`, B: `${force} s/${displacement}`, K: `${force}/${displacement}` }[name];
+  if (force === "N m" && displacement === "rad") return { M: "kg m2", B: "N m s/rad", K: "N m/rad" }[name];
+  return { M: `${force} s2/${displacement}`, B: `${force} s/${displacement}`, K: `${force}/${displacement}` }[name];
 }
 
 /// Elements in use: all four, or the first one of a one-axis rig.

@@ -1,6 +1,10 @@
 #include "services/contract/rig.hpp"
 
+#include <fstream>
 #include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+
+#include "services/contract/trial.hpp"
 
 namespace tonus::contract {
 namespace {
@@ -54,15 +58,37 @@ TEST(SampleFlags, ComeBackAsTheyWerePutAndAreTheContractsBits) {
   }
 }
 
+/// The pages' unitOf() is held by the same file: tests/unit/services/dashboard/web/matrices.test.ts.
 TEST(MatrixUnits, FollowFromTheUnitsOfTheChannels) {
-  EXPECT_EQ(matrix_units({"m", "N"}).stiffness, "N/m");
-  EXPECT_EQ(matrix_units({"rad", "N m"}).mass, "kg m2");
-  EXPECT_EQ(matrix_units({"rad", "N m"}).damping, "N m s/rad");
-  EXPECT_EQ(matrix_units({"m", "V"}).mass, "V s2/m");
-  EXPECT_EQ(matrix_units({"m", "V"}).damping, "V s/m");
-  EXPECT_EQ(matrix_units({"rad", "V"}).stiffness, "V/rad");
-  EXPECT_EQ(matrix_units({"", ""}).mass, "kg");
-  EXPECT_EQ(matrix_units({"", "V"}).damping, "V s/m");
+  const auto cases = nlohmann::json::parse(
+      std::ifstream(std::string(TONUS_SOURCE_DIR) + "/tests/unit/services/contract/matrix_units.json"));
+  ASSERT_FALSE(cases.empty());
+  for (const auto& one : cases) {
+    SCOPED_TRACE(one.dump());
+    const MatrixUnits units = matrix_units({one.at("displacement"), one.at("force")});
+    EXPECT_EQ(units.mass, one.at("mass"));
+    EXPECT_EQ(units.damping, one.at("damping"));
+    EXPECT_EQ(units.stiffness, one.at("stiffness"));
+  }
+}
+
+TEST(TrialProgram, ShoulderComesBackAsItWasPut) {
+  v1::TrialProgram program;
+  put_shoulder({{0.1, -0.2}, 0.3}, program);
+  const ShoulderPose shoulder = shoulder_of(program);
+  EXPECT_EQ(shoulder.origin, Eigen::Vector2d(0.1, -0.2));
+  EXPECT_EQ(shoulder.angle, 0.3);
+}
+
+TEST(TrialProgram, BeginsInTheFirstSetAndReplaysNoRecording) {
+  const auto program = new_program(v1::TRIAL_RECORDING, {"distal", 2, {0.1, 0.5}});
+  EXPECT_EQ(program.kind(), v1::TRIAL_RECORDING);
+  EXPECT_EQ(program.posture(), "distal");
+  EXPECT_EQ(program.posture_index(), 2U);
+  EXPECT_EQ(program.posture_m(), (std::array<double, 2>{0.1, 0.5}));
+  EXPECT_EQ(program.set_number(), 1);
+  EXPECT_LT(program.recording_index(), 0);
+  EXPECT_LT(program.recording_event(), 0);
 }
 
 }  // namespace

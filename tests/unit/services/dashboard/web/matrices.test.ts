@@ -1,4 +1,5 @@
 import assert from "node:assert/strict";
+import { readFileSync } from "node:fs";
 import { test } from "node:test";
 import {
   bandOf,
@@ -46,9 +47,23 @@ test("turned by 45 degrees all four errors share in each semi-axis", () => {
   close(band.outer.major, 2.2);
 });
 
-test("units follow the rig's", () => {
-  assert.equal(unitOf(estimate(), "B"), "N s/m");
-  assert.equal(unitOf(estimate({ displacement_unit: "rad", force_unit: "N m" }), "M"), "N m s²/rad");
+interface UnitCase {
+  displacement: string;
+  force: string;
+  mass: string;
+  damping: string;
+  stiffness: string;
+}
+
+test("units follow the rig's, and the pages and the services agree on them", () => {
+  const file = process.env["TONUS_UNIT_CASES"];
+  assert.ok(file, "TONUS_UNIT_CASES is the path of matrix_units.json");
+  const cases = JSON.parse(readFileSync(file, "utf8")) as UnitCase[];
+  assert.ok(cases.length > 0);
+  for (const one of cases) {
+    const found = estimate({ displacement_unit: one.displacement, force_unit: one.force });
+    assert.deepEqual([unitOf(found, "M"), unitOf(found, "B"), unitOf(found, "K")], [one.mass, one.damping, one.stiffness]);
+  }
 });
 
 test("a condition is named by posture, bias force, set and instruction", () => {

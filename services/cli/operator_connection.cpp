@@ -1,4 +1,4 @@
-#include "services/cli/operator_end.hpp"
+#include "services/cli/operator_connection.hpp"
 
 #include <spdlog/fmt/fmt.h>
 #include <utility>
@@ -11,8 +11,8 @@ const std::vector<v1::ServiceRole> kNeeded{v1::ROLE_RIG, v1::ROLE_SCHEDULER, v1:
 
 }  // namespace
 
-Result<std::unique_ptr<OperatorEnd>> OperatorEnd::join(const runtime::CommonOptions& options) {
-  std::unique_ptr<OperatorEnd> end(new OperatorEnd);
+Result<std::unique_ptr<OperatorConnection>> OperatorConnection::join(const runtime::CommonOptions& options) {
+  std::unique_ptr<OperatorConnection> end(new OperatorConnection);
   end->stop_ = std::make_unique<StopSignal>([notifier = end->notifier_] { notifier->notify(); });
   auto bus = runtime::open_bus(options, "tonus");
   if (!bus) return bus.error();
@@ -24,7 +24,7 @@ Result<std::unique_ptr<OperatorEnd>> OperatorEnd::join(const runtime::CommonOpti
   return end;
 }
 
-std::string OperatorEnd::held() const {
+std::string OperatorConnection::held() const {
   const auto& state = client_->rig_state(id_of("rig/" + rig_));
   if (!state || state->mode() != v1::RIG_HELD) return {};
   return fmt::format(
@@ -32,15 +32,14 @@ std::string OperatorEnd::held() const {
       rig_, state->held_because().empty() ? state->fault() : state->held_because());
 }
 
-bool OperatorEnd::is_complete_but_for_the_hold() {
+bool OperatorConnection::is_complete_but_for_the_hold() {
   auto& roster = client_->roster();
   return !held().empty() && roster.missing({v1::ROLE_RIG}, false).empty() &&
          roster.missing({v1::ROLE_SCHEDULER, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE}).empty();
 }
 
-Result<void> OperatorEnd::wait_for_roster(std::chrono::milliseconds limit,
-                                          const std::function<Result<void>()>& tick) {
-  const auto deadline = clock_.now() + limit;
+Result<void> OperatorConnection::wait_for_roster(const std::function<Result<void>()>& tick) {
+  const auto deadline = clock_.now() + kRosterLimit;
   const auto is_complete = [this] { return client_->roster().missing(kNeeded).empty(); };
   while (
       !client_->wait_for(is_complete, std::chrono::milliseconds(100), [this] { return is_interrupted(); })) {
@@ -51,7 +50,7 @@ Result<void> OperatorEnd::wait_for_roster(std::chrono::milliseconds limit,
     }
     if (clock_.now() >= deadline) {
       return fail(ErrorCode::kTimeout,
-                  fmt::format("after {:.0f} s: {}", std::chrono::duration<double>(limit).count(),
+                  fmt::format("after {:.0f} s: {}", std::chrono::duration<double>(kRosterLimit).count(),
                               client_->roster().missing(kNeeded)));
     }
   }

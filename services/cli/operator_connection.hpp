@@ -1,6 +1,9 @@
 #pragma once
 
+#include <chrono>
+#include <functional>
 #include <memory>
+#include <optional>
 
 #include "services/bus/bus.hpp"
 #include "services/cli/session_client.hpp"
@@ -11,10 +14,14 @@
 
 namespace tonus::cli {
 
-/// What a subcommand needs to take part in the system: signals, a clock, the bus and an operator's end of it.
-class OperatorEnd {
+/// How long a command waits until the services are there and ready.
+constexpr std::chrono::seconds kRosterLimit{30};
+
+/// A subcommand's place in the system: signals, a clock, the bus and an operator's client on it.
+class OperatorConnection {
  public:
-  [[nodiscard]] static Result<std::unique_ptr<OperatorEnd>> join(const runtime::CommonOptions& options);
+  [[nodiscard]] static Result<std::unique_ptr<OperatorConnection>> join(
+      const runtime::CommonOptions& options);
 
   [[nodiscard]] SessionClient& client() { return *client_; }
   [[nodiscard]] const Clock& clock() const { return clock_; }
@@ -25,14 +32,13 @@ class OperatorEnd {
   /// Why the rig is held, with what to type; empty: it is not, or is not there.
   [[nodiscard]] std::string held() const;
 
-  /// Waits until rig, scheduler, identification and archive are there and ready. `tick` is called a few times
-  /// a second and ends the waiting by an error. kUnavailable as soon as the rig says that it is held;
-  /// kTimeout names what is missing.
-  [[nodiscard]] Result<void> wait_for_roster(std::chrono::milliseconds limit,
-                                             const std::function<Result<void>()>& tick = {});
+  /// Waits for kRosterLimit until rig, scheduler, identification and archive are there and ready. `tick` is
+  /// called a few times a second; its error ends the wait. kUnavailable as soon as the rig says that it is
+  /// held; kTimeout names what is missing.
+  [[nodiscard]] Result<void> wait_for_roster(const std::function<Result<void>()>& tick = {});
 
  private:
-  OperatorEnd() = default;
+  OperatorConnection() = default;
   [[nodiscard]] bool is_complete_but_for_the_hold();
 
   std::shared_ptr<bus::Notifier> notifier_ = std::make_shared<bus::Notifier>();
