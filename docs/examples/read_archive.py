@@ -8,9 +8,9 @@ import sys
 
 import numpy
 
-# A message of samples, CDR little-endian: a header of 4 octets, then rig, session and trial id of 16 octets each,
+# A message of samples, CDR little-endian: a header of 4 bytes, then rig, session and trial id of 16 bytes each,
 # epoch and first sequence number (u64), whether it was resent (u8, padded), send time (i64), number of samples (u32,
-# padded), and the samples of 64 octets each. Offsets are counted from the end of the header.
+# padded), and the samples of 64 bytes each. Offsets are counted from the end of the header.
 FIRST_SAMPLE = 88
 SAMPLE = numpy.dtype(
     {

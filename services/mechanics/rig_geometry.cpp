@@ -31,7 +31,7 @@ EndpointSample convert(const RigGeometry& rig, const ShoulderPose& shoulder, con
 Result<void> validate(const RigGeometry& rig) {
   const auto refuse = [](const char* what, double value, const char* allowed) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("rig: {} is {}, allowed is {}", what, value, allowed));
+                fmt::format("rig: {}: {} is not allowed; expected {}", what, value, allowed));
   };
   if (rig.kind == RigKind::kTwoLink) {
     if (!(rig.links.l1 > 0.0)) return refuse("LinkLengths_m[0]", rig.links.l1, "more than 0 m");

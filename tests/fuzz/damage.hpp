@@ -10,13 +10,13 @@ namespace tonus::fuzz {
 
 using Bytes = std::vector<std::byte>;
 
-/// Damages octets as disks, networks and strangers do; the same seed does the same.
+/// Damages bytes as disks, networks and strangers do; the same seed does the same.
 class Damage {
  public:
   explicit Damage(std::uint64_t seed) : generator_(seed) {}
 
-  /// One to four of: bits flipped, a stretch overwritten with random octets, zeros or ones, octets cut out of
-  /// the middle, cut off the end, put in, or copied from elsewhere; sometimes nothing but random octets.
+  /// One to four of: bits flipped, a stretch overwritten with random bytes, zeros or ones, bytes cut out of
+  /// the middle, cut off the end, put in, or copied from elsewhere; sometimes nothing but random bytes.
   void apply(Bytes& bytes);
 
   std::uint64_t draw(std::uint64_t low, std::uint64_t high) {

@@ -130,7 +130,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     if (!is_guarded) return where == "/api/gateway" ? give_info() : give_page(where);
     const auto admitted = core_.access.admit(visit());
     if (const auto* refusal = std::get_if<Refusal>(&admitted)) {
-      core_.hub.refuse(Refused::kVisit, peer_, refusal->reason);
+      core_.hub.refuse(Refused::kConnection, peer_, refusal->reason);
       return respond(static_cast<http::status>(refusal->http_status), "application/json",
                      error_body(refusal->reason));
     }
@@ -159,7 +159,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     const auto offered = request_[http::field::sec_websocket_protocol];
     if (!http::token_list{offered}.exists(kSubprotocol)) {
       const auto why = fmt::format("the subprotocol {} is needed", kSubprotocol);
-      core_.hub.refuse(Refused::kVisit, peer_, why);
+      core_.hub.refuse(Refused::kConnection, peer_, why);
       return respond(http::status::bad_request, "application/json", error_body(why));
     }
     std::make_shared<WebSocketClient<Stream>>(core_, std::move(stream_), role, peer_)->accept(request_);

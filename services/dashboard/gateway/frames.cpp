@@ -25,7 +25,7 @@ Error malformed(const std::string& what) { return fail(ErrorCode::kInvalidArgume
 Result<const json*> list_of(const json& object, const char* field) {
   const auto found = object.find(field);
   if (found == object.end() || !found->is_array())
-    return malformed(fmt::format("\"{}\" is missing; a list is needed", field));
+    return malformed(fmt::format("\"{}\" is missing; expected a list", field));
   if (found->size() > kMaximumItems) {
     return malformed(
         fmt::format("\"{}\" has {} items, at most {} are allowed", field, found->size(), kMaximumItems));
@@ -41,14 +41,14 @@ Result<std::uint32_t> number_of(const json& value, const char* what) {
 
 Result<std::uint32_t> number_in(const json& object, const char* field) {
   if (!object.is_object() || !object.contains(field))
-    return malformed(fmt::format("\"{}\" is missing; a number is needed", field));
+    return malformed(fmt::format("\"{}\" is missing; expected a number", field));
   return number_of(object.at(field), field);
 }
 
 Result<std::string> name_in(const json& object, const char* field) {
   const auto found = object.find(field);
   if (found == object.end() || !found->is_string())
-    return malformed(fmt::format("\"{}\" is missing; a text is needed", field));
+    return malformed(fmt::format("\"{}\" is missing; expected text", field));
   auto text = found->get<std::string>();
   if (text.size() > kMaximumNameBytes) {
     return malformed(
@@ -163,8 +163,8 @@ Result<ClientMessage> parse_client_binary(std::span<const std::byte> frame) {
   if (frame.empty() || frame[0] != kClientMessageData)
     return malformed("a binary frame must begin with the opcode 1 (message data)");
   if (frame.size() < kClientHeadBytes) {
-    return malformed(
-        fmt::format("a binary frame of {} bytes has no room for its channel, 5 are needed", frame.size()));
+    return malformed(fmt::format("a binary frame of {} bytes has no room for its channel; expected 5 or more",
+                                 frame.size()));
   }
   std::uint32_t channel = 0;
   for (std::size_t i = 0; i < 4; ++i) channel |= std::to_integer<std::uint32_t>(frame[1 + i]) << (8 * i);

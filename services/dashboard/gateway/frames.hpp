@@ -13,7 +13,7 @@
 #include "services/core/result.hpp"
 
 /// What goes over a WebSocket of the subprotocol foxglove.websocket.v1: text frames hold one JSON object with
-/// an "op", binary frames begin with one octet that says what they are; numbers are little endian.
+/// an "op", binary frames begin with one byte that says what they are; numbers are little endian.
 /// Source: docs/spec.md of github.com/foxglove/ws-protocol.
 namespace tonus::dashboard {
 
@@ -41,7 +41,7 @@ enum class StatusLevel : std::uint8_t { kInfo = 0, kWarning = 1, kError = 2 };
 [[nodiscard]] std::string advertise_text(const std::vector<Channel>& channels);
 [[nodiscard]] std::string status_text(StatusLevel level, std::string_view message);
 
-/// The 13 octets before a message's payload: opcode, subscription, time (ns of UTC).
+/// The 13 bytes before a message's payload: opcode, subscription, time (ns of UTC).
 [[nodiscard]] std::string message_head(std::uint32_t subscription, std::uint64_t time_ns);
 
 /// One WebSocket message on its way to a client: a head of its own and a body that many may share.

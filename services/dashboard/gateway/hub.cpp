@@ -10,7 +10,7 @@ constexpr std::size_t kMaximumSubscriptions = 256;
 constexpr std::size_t kMaximumClientChannels = 64;
 
 constexpr std::array<const char*, static_cast<std::size_t>(Refused::kCount)> kRefusedNames{
-    "visit", "malformed", "flood", "oversized", "forbidden", "slow"};
+    "connection", "malformed", "flood", "oversized", "forbidden", "slow"};
 
 std::shared_ptr<const bus::Payload> as_payload(const std::string& text) {
   const auto bytes = std::as_bytes(std::span(text));
@@ -33,18 +33,19 @@ Hub::Hub(std::vector<OfferedTopic> topics, Options options, const Clock& clock,
 
 ClientId Hub::join(ClientLink& link, Role role, const std::string& peer) {
   const ClientId id = ++last_client_;
-  Client& client = clients_
-                       .emplace(id, Client{&link,
-                                           role,
-                                           peer,
-                                           clock_.now(),
-                                           Outbox(options_.outbox),
-                                           Allowance(options_.frames_per_second, options_.frames_burst),
-                                           {},
-                                           {},
-                                           Allowance(options_.malformed_per_second, options_.malformed_burst),
-                                           false})
-                       .first->second;
+  Client& client =
+      clients_
+          .emplace(id, Client{&link,
+                              role,
+                              peer,
+                              clock_.now(),
+                              Outbox(options_.outbox),
+                              TokenBucket(options_.frames_per_second, options_.frames_burst),
+                              {},
+                              {},
+                              TokenBucket(options_.malformed_per_second, options_.malformed_burst),
+                              false})
+          .first->second;
   ServerInfo info{"tonus-dashboard", options_.session, options_.metadata};
   info.metadata.emplace_back("role", role_name(role));
   std::vector<Channel> channels;
@@ -103,7 +104,7 @@ void Hub::subscribe(ClientId id, Client& client, const Subscription& wanted) {
   const OfferedTopic* offered = topic(wanted.channel);
   if (offered == nullptr) return complain(client, fmt::format("there is no channel {}", wanted.channel));
   if (client.subscriptions.contains(wanted.id))
-    return complain(client, fmt::format("subscription {} is there already", wanted.id));
+    return complain(client, fmt::format("subscription {} already exists", wanted.id));
   if (client.subscriptions.size() >= kMaximumSubscriptions)
     return complain(client, fmt::format("at most {} subscriptions are allowed", kMaximumSubscriptions));
   client.subscriptions[wanted.id] = wanted.channel;

@@ -12,11 +12,11 @@
 
 #include "services/core/clock.hpp"
 #include "services/dashboard/gateway/access.hpp"
-#include "services/dashboard/gateway/allowance.hpp"
 #include "services/dashboard/gateway/frames.hpp"
 #include "services/dashboard/gateway/latest_values.hpp"
 #include "services/dashboard/gateway/operator_request.hpp"
 #include "services/dashboard/gateway/outbox.hpp"
+#include "services/dashboard/gateway/token_bucket.hpp"
 #include "services/dashboard/gateway/topic_table.hpp"
 
 namespace tonus::dashboard {
@@ -33,7 +33,7 @@ class ClientLink {
 };
 
 /// What was refused, counted by kind.
-enum class Refused : std::uint8_t { kVisit, kMalformed, kFlood, kOversized, kForbidden, kSlow, kCount };
+enum class Refused : std::uint8_t { kConnection, kMalformed, kFlood, kOversized, kForbidden, kSlow, kCount };
 
 using ClientId = std::uint64_t;
 
@@ -93,10 +93,10 @@ class Hub {
     std::string peer;
     Clock::TimePoint joined;
     Outbox outbox;
-    Allowance frames;
+    TokenBucket frames;
     std::map<std::uint32_t, std::uint32_t> subscriptions;  ///< Subscription to channel.
     std::map<std::uint32_t, ClientChannel> channels;       ///< That it publishes on.
-    Allowance malformed;
+    TokenBucket malformed;
     bool is_ending = false;
   };
   struct Listener {
@@ -131,7 +131,7 @@ class Hub {
   ClientId last_client_ = 0;
   std::uint64_t thinned_before_ = 0;  ///< For clients that have left.
   std::array<std::uint64_t, static_cast<std::size_t>(Refused::kCount)> refused_{};
-  Allowance log_lines_{5.0, 50.0};
+  TokenBucket log_lines_{5.0, 50.0};
 };
 
 }  // namespace tonus::dashboard

@@ -28,7 +28,7 @@ std::string Hub::status_json(std::uint64_t arrival_drops) const {
               {"kept_bytes", latest_.bytes()},
               {"forgotten", latest_.forgotten()},
               {"refused",
-               {{"visit", refused(Refused::kVisit)},
+               {{"connection", refused(Refused::kConnection)},
                 {"malformed", refused(Refused::kMalformed)},
                 {"flood", refused(Refused::kFlood)},
                 {"oversized", refused(Refused::kOversized)},

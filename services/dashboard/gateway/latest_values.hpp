@@ -18,7 +18,7 @@ struct PassedMessage {
   std::shared_ptr<const bus::Payload> payload;
 };
 
-/// The newest message of each key of each kept topic, for who comes late. Bounded per topic, by number and by
+/// The newest message of each key of each kept topic, for late joiners. Bounded per topic, by number and by
 /// bytes: the one that has not changed for longest gives way, and is counted.
 class LatestValues {
  public:

@@ -111,7 +111,7 @@ Result<OperatorRequest> parse_request(std::string_view text, const Asker& asker,
   if (object.is_discarded() || !object.is_object()) return wrong("a request must be one JSON object");
   const auto given_id = id_in(object, "request_id");
   if (!given_id) return given_id.error();
-  if (*given_id == kNoId) return wrong("\"request_id\" is missing; 32 hexadecimal digits are needed");
+  if (*given_id == kNoId) return wrong("\"request_id\" is missing; expected 32 hexadecimal digits");
   id = *given_id;
   const auto given_name = text_in(object, "request", 32);
   if (!given_name) return given_name.error();
@@ -120,8 +120,8 @@ Result<OperatorRequest> parse_request(std::string_view text, const Asker& asker,
   const auto rig_request = find(kRigRequests, name);
   if (!session_request && !rig_request) {
     return wrong(
-        fmt::format("request \"{}\" is not known; start, pause, resume, abort, emergency_stop, "
-                    "clear_fault and abort_trial are",
+        fmt::format("request: \"{}\" is not allowed; expected start, pause, resume, abort, "
+                    "emergency_stop, clear_fault or abort_trial",
                     name));
   }
   if (!is_allowed(asker.role, name)) {

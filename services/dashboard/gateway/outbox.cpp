@@ -19,10 +19,9 @@ bool Outbox::push_state(Outgoing message) {
 }
 
 void Outbox::push_live(std::uint32_t subscription, Outgoing message, Clock::TimePoint now) {
-  const auto allowance =
-      allowances_.try_emplace(subscription, limits_.live_rate, std::max(1.0, limits_.live_rate * kBurst))
-          .first;
-  if (!allowance->second.spend(now)) {
+  const auto bucket =
+      buckets_.try_emplace(subscription, limits_.live_rate, std::max(1.0, limits_.live_rate * kBurst)).first;
+  if (!bucket->second.spend(now)) {
     ++thinned_;
     return;
   }
@@ -54,7 +53,7 @@ std::optional<Outgoing> Outbox::pop() {
 void Outbox::clear() {
   state_.clear();
   live_.clear();
-  allowances_.clear();
+  buckets_.clear();
   state_bytes_ = 0;
   live_bytes_ = 0;
 }

@@ -6,8 +6,8 @@
 #include <optional>
 
 #include "services/core/clock.hpp"
-#include "services/dashboard/gateway/allowance.hpp"
 #include "services/dashboard/gateway/frames.hpp"
+#include "services/dashboard/gateway/token_bucket.hpp"
 
 namespace tonus::dashboard {
 
@@ -37,7 +37,7 @@ class Outbox {
   /// Forgets everything that waits.
   void clear();
   /// The subscription has ended.
-  void forget(std::uint32_t subscription) { allowances_.erase(subscription); }
+  void forget(std::uint32_t subscription) { buckets_.erase(subscription); }
 
   [[nodiscard]] bool is_empty() const { return state_.empty() && live_.empty(); }
   [[nodiscard]] std::size_t waiting_messages() const { return state_.size() + live_.size(); }
@@ -51,7 +51,7 @@ class Outbox {
   Limits limits_;
   std::deque<Outgoing> state_;
   std::deque<Outgoing> live_;
-  std::map<std::uint32_t, Allowance> allowances_;  ///< Of each live subscription.
+  std::map<std::uint32_t, TokenBucket> buckets_;  ///< Of each live subscription.
   std::size_t state_bytes_ = 0;
   std::size_t live_bytes_ = 0;
   std::uint64_t thinned_ = 0;

@@ -33,9 +33,8 @@ std::string content_type(const std::filesystem::path& file) {
 Result<Pages> Pages::load(const std::filesystem::path& folder) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(folder / "index.html", error)) {
-    return fail(
-        ErrorCode::kNotFound,
-        fmt::format("{}: no index.html there; a folder with the built pages is needed", folder.string()));
+    return fail(ErrorCode::kNotFound,
+                fmt::format("{}: no index.html; expected the folder of the built pages", folder.string()));
   }
   Pages made;
   std::size_t bytes = 0;

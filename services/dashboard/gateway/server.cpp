@@ -27,7 +27,7 @@ Result<void> bind(ServerCore& core) {
   const ListenAddress& listen = core.options.listen;
   error_code error;
   const auto address = asio::ip::make_address(listen.address, error);
-  if (error) return cannot(listen, "an IPv4 or IPv6 address of this machine is needed");
+  if (error) return cannot(listen, "not an address; expected an IPv4 or IPv6 address of this machine");
   const tcp::endpoint endpoint(address, listen.port);
   core.acceptor.open(endpoint.protocol(), error);
   if (!error) core.acceptor.set_option(asio::socket_base::reuse_address(true), error);
@@ -67,7 +67,7 @@ void accept_next(ServerCore& core) {
       return;
     }
     if (core.connections >= core.options.maximum_connections) {
-      core.hub.refuse(Refused::kVisit, "a connection",
+      core.hub.refuse(Refused::kConnection, "a connection",
                       fmt::format("{} connections are open, no more are allowed", core.connections));
     } else {
       error_code ignored;
@@ -107,8 +107,10 @@ Result<ListenAddress> parse_listen(const std::string& text) {
   }
   const auto [end, error] = std::from_chars(port.data(), port.data() + port.size(), listen.port);
   if (error != std::errc() || end != port.data() + port.size() || port.empty()) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("--listen {}: ADDRESS:PORT or PORT is needed, PORT from 0 to 65535", text));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("--listen: {} is not allowed; expected ADDRESS:PORT or PORT, PORT from 0 to 65535",
+                    text));
   }
   return listen;
 }

@@ -41,7 +41,7 @@ constexpr char kStatusSchema[] = R"({
     "refused": {
       "type": "object",
       "properties": {
-        "visit": {"type": "integer"},
+        "connection": {"type": "integer"},
         "malformed": {"type": "integer"},
         "flood": {"type": "integer"},
         "oversized": {"type": "integer"},

@@ -12,7 +12,7 @@ namespace tonus::dashboard {
 
 /// How a topic is treated on its way to clients.
 enum class Flow : std::uint8_t {
-  kKept,  ///< State and results: none is left out; who comes late gets the newest of each key.
+  kKept,  ///< State and results: none is left out; late joiners get the newest of each key.
   kOnce,  ///< Requests and replies: none is left out; nothing is kept.
   kLive,  ///< For eyes: a slow client gets fewer.
 };

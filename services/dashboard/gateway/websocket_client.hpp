@@ -150,7 +150,7 @@ class WebSocketClient final : public ClientLink,
   Role role_;
   std::string peer_;
   ClientId id_ = 0;
-  Allowance pings_{20.0, 60.0};
+  TokenBucket pings_{20.0, 60.0};
   std::optional<boost::beast::websocket::close_reason> closing_;
   bool is_writing_ = false;
   bool is_woken_ = false;

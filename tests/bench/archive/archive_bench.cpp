@@ -1,4 +1,4 @@
-// How fast the archive makes samples durable, beside bare SQLite that inserts the same octets as blobs and
+// How fast the archive makes samples durable, beside bare SQLite that inserts the same bytes as blobs and
 // commits as often, with the same settings, on the same disk. The two take turns.
 
 #include <CLI/CLI.hpp>
@@ -65,7 +65,7 @@ std::vector<WireTrial> make_trials(int count, std::uint32_t block_samples) {
   return trials;
 }
 
-/// From the bus's octets to the receipt: decoding, checksum, rules, commit.
+/// From the bus's bytes to the receipt: decoding, checksum, rules, commit.
 class ArchiveSide {
  public:
   explicit ArchiveSide(const std::string& path)

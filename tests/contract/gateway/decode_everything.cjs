@@ -43,7 +43,7 @@ function check(topic, { reader, writer }, data) {
   }
   // Encoding it again gives as many bytes with the same content: nothing was passed over or read twice. (Bytes that
   // only align the next member may differ.)
-  // The packages' own writer counts a text's characters where its octets are meant: such a message is only read.
+  // The packages' own writer counts a text's characters where its bytes are meant: such a message is only read.
   if (!isAscii(message)) return missing.delete(topic);
   const again = writer.writeMessage(message);
   if (bytes.length - again.byteLength > 3 || again.byteLength > bytes.length)

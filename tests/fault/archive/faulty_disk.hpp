@@ -21,7 +21,7 @@ namespace tonus::archive::testing {
 /// - kError: the operation is refused. A refused write may have been done in part. A refused sync loses what
 ///   it was to make durable: of the changes since the last sync some are undone, at once.
 /// - kPowerLoss: the operation and all after it are refused. lose_power() then leaves on the disk what was
-///   synced and, of the changes after that, each as it was, as it became, or torn into sectors of 512 octets.
+///   synced and, of the changes after that, each as it was, as it became, or torn into sectors of 512 bytes.
 ///   A file that was made and never synced may be gone.
 ///
 /// Removals count as durable at once. For one thread, and one at a time in a process.

@@ -5,11 +5,11 @@
 #include <fstream>
 #include <net/if.h>
 #include <sched.h>
-#include <spawn.h>
 #include <sys/ioctl.h>
 #include <sys/socket.h>
-#include <sys/wait.h>
 #include <unistd.h>
+
+#include "services/core/process.hpp"
 
 namespace tonus::test {
 namespace {
@@ -53,20 +53,11 @@ Result<void> enter_private_network() {
 bool is_in_private_network() { return is_private; }
 
 Result<void> run_program(const std::vector<std::string>& arguments) {
-  std::vector<char*> pointers;
+  TONUS_TRY_ASSIGN(const ProcessEnd end, run_process(arguments, {STDERR_FILENO, {}, {}}));
+  if (end.is_success()) return {};
   std::string line;
-  for (const std::string& argument : arguments) {
-    pointers.push_back(const_cast<char*>(argument.c_str()));
-    line += (line.empty() ? "" : " ") + argument;
-  }
-  pointers.push_back(nullptr);
-  pid_t child = 0;
-  int status = 0;
-  const int code = posix_spawnp(&child, pointers[0], nullptr, nullptr, pointers.data(), environ);
-  if (code != 0) return fail(ErrorCode::kUnavailable, "'" + line + "': " + std::strerror(code));
-  waitpid(child, &status, 0);
-  if (WIFEXITED(status) && WEXITSTATUS(status) == 0) return {};
-  return fail(ErrorCode::kUnavailable, "'" + line + "' ended with status " + std::to_string(status));
+  for (const std::string& argument : arguments) line += (line.empty() ? "" : " ") + argument;
+  return fail(ErrorCode::kUnavailable, "'" + line + "' " + end.text());
 }
 
 }  // namespace tonus::test

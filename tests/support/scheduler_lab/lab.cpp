@@ -163,7 +163,7 @@ void Lab::run_trial(const v1::TrialCommand& command) {
 }
 
 void Lab::publish(const Published& p, bool is_late) {
-  // Whoever comes late gets the topics in any order: the verdict first, here.
+  // A late joiner gets the topics in any order: the verdict first, here.
   const bool is_refused = p.fate.end == v1::TRIAL_REFUSED;
   const auto outcome = [o = p.outcome](SessionMachine& machine) { return machine.on_outcome(o); };
   if (!is_late && p.fate.has_outcome) post(outcome);

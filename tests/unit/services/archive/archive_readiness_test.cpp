@@ -126,9 +126,9 @@ TEST_F(ArchiveReadiness, RefusesASessionThatItHasNoRoomFor) {
   EXPECT_EQ(missing(), "");
   send_session(v1::SESSION_PREPARING, 0, 600.0);
   const std::string cause = missing();
-  EXPECT_THAT(cause, HasSubstr("the session needs about 10.3 MB"));  // 600 s x 200 Hz x 68.4 octets x 1.25
+  EXPECT_THAT(cause, HasSubstr("the session needs about 10.3 MB"));  // 600 s x 200 Hz x 68.4 bytes x 1.25
   send_trial();
-  EXPECT_EQ(missing(), cause);  // not another text for each octet
+  EXPECT_EQ(missing(), cause);  // not another text for each byte
   send_session(v1::SESSION_ABORTED, 0, 0.0);
   EXPECT_EQ(missing(), "");
   send_session(v1::SESSION_PREPARING, 0, 10.0);

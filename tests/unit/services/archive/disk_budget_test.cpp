@@ -59,7 +59,7 @@ TEST(DiskBudget, RefusesASessionThatNeedsMoreThanThereIs) {
   budget.note_space({0, std::nullopt});
   budget.note_rate(200.0);
   budget.note_session(false, 3600.0);
-  EXPECT_EQ(budget.needed(), 86'400'000U);  // 3600 s x 200 Hz x 96 octets x 1.25
+  EXPECT_EQ(budget.needed(), 86'400'000U);  // 3600 s x 200 Hz x 96 bytes x 1.25
   EXPECT_EQ(budget.refusal(), "");
   budget.note_rate(4000.0);
   EXPECT_EQ(budget.refusal(),
@@ -71,7 +71,7 @@ TEST(DiskBudget, GoesByTheBlocksThatCame) {
   budget.note_rate(1000.0);
   budget.note_blocks(50'000, 1000);
   budget.note_session(false, 100.0);
-  EXPECT_EQ(budget.needed(), 6'250'000U);  // 100 s x 1000 Hz x 50 octets x 1.25
+  EXPECT_EQ(budget.needed(), 6'250'000U);  // 100 s x 1000 Hz x 50 bytes x 1.25
 }
 
 TEST(DiskBudget, LetsASessionThatRunsGoOnUntilNothingIsLeft) {

@@ -8,7 +8,7 @@ namespace {
 
 using ::testing::HasSubstr;
 
-std::vector<std::byte> octets(std::initializer_list<int> values) {
+std::vector<std::byte> bytes_of(std::initializer_list<int> values) {
   std::vector<std::byte> all;
   for (const int value : values) all.push_back(static_cast<std::byte>(value));
   return all;
@@ -91,7 +91,7 @@ TEST(Frames, DeeplyNestedTextIsRefusedWithoutHarm) {
 }
 
 TEST(Frames, ClientMessageIsChannelAndData) {
-  const auto frame = octets({1, 2, 0, 0, 1, 9, 8});
+  const auto frame = bytes_of({1, 2, 0, 0, 1, 9, 8});
   const auto message = parse_client_binary(frame);
   ASSERT_TRUE(message);
   EXPECT_EQ(message->channel, 0x01000002U);
@@ -100,8 +100,8 @@ TEST(Frames, ClientMessageIsChannelAndData) {
 
 TEST(Frames, BinaryFramesOfOtherOpcodesOrTooShortAreRefused) {
   EXPECT_FALSE(parse_client_binary({}));
-  EXPECT_FALSE(parse_client_binary(octets({2, 0, 0, 0, 0, 0, 0, 0, 0})));
-  EXPECT_FALSE(parse_client_binary(octets({1, 0, 0, 0})));
+  EXPECT_FALSE(parse_client_binary(bytes_of({2, 0, 0, 0, 0, 0, 0, 0, 0})));
+  EXPECT_FALSE(parse_client_binary(bytes_of({1, 0, 0, 0})));
 }
 
 }  // namespace

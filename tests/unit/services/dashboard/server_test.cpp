@@ -255,7 +255,7 @@ TEST(Server, WhatIsRefusedIsLoggedAndWhoIsConnectedMissesNothing) {
     refused = get(gateway.port(), {.target = "/api/status", .authorization = "Bearer " + kViewToken}).second;
   }
   const auto counts = json::parse(refused)["refused"];
-  EXPECT_EQ(counts["visit"], 2);
+  EXPECT_EQ(counts["connection"], 2);
   EXPECT_EQ(counts["oversized"], 1);
   EXPECT_GE(counts["malformed"], 9);
   EXPECT_EQ(counts["flood"], 1);

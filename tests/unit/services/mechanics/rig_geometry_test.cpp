@@ -58,7 +58,8 @@ TEST(Conversion, PassesConvertedRecordingsThroughUnchanged) {
 TEST(RigGeometryCheck, NamesTheValueThatIsRefused) {
   RigGeometry r;
   r.links.l2 = -0.1;
-  EXPECT_EQ(validate(r).error().message, "rig: LinkLengths_m[1] is -0.1, allowed is more than 0 m");
+  EXPECT_EQ(validate(r).error().message,
+            "rig: LinkLengths_m[1]: -0.1 is not allowed; expected more than 0 m");
   r = {};
   r.force_calibration << 1.0, 2.0, 2.0, 4.0;
   EXPECT_FALSE(validate(r));

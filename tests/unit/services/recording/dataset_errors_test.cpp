@@ -210,7 +210,7 @@ TEST_F(DatasetErrors, NameWhatTheRigDoesNotState) {
                 ": Rig.ForceCalibration_N_per_V = [4.0,4.45] is not allowed; expected an array of 2 rows of "
                 "2 numbers");
   EXPECT_EQ(refusal_of(file, raw_json_with("[1, -1]", "[1, 2]")),
-            file + ": rig: EncoderSign is 2, allowed is +1 or -1");
+            file + ": rig: EncoderSign: 2 is not allowed; expected +1 or -1");
   EXPECT_EQ(refusal_of(file, raw_json_with("\"angle_rad\": 0.2", "\"angle_rad\": \"?\"")),
             file + ": ShoulderInRobot.angle_rad = \"?\" is not allowed; expected a number");
 }

@@ -53,7 +53,7 @@ TEST(BlockHeader, RefusesWhatDoesNotDecodeAndNothingElse) {
   int taken = 0;
   for (int i = 0; i < 20'000; ++i) {
     auto payload = payload_with(generator() % 12 + 1);
-    // Cut or lengthened, or a few octets of the header and the first sample changed.
+    // Cut or lengthened, or a few bytes of the header and the first sample changed.
     if (generator() % 2 == 0) payload.resize(generator() % (payload.size() + 8));
     for (auto changes = generator() % 3; changes > 0 && !payload.empty(); --changes)
       payload[generator() % std::min<std::size_t>(payload.size(), 100)] = static_cast<std::byte>(generator());

@@ -245,16 +245,16 @@ TEST_P(StoreContract, TakesTextThatIsNoUtf8) {
 }
 
 TEST_P(StoreContract, GivesPayloadsOfAnyOctetsBack) {
-  std::vector<std::byte> octets;
-  for (int i = 0; i < 1024; ++i) octets.push_back(static_cast<std::byte>(i * 7 % 256));
+  std::vector<std::byte> bytes;
+  for (int i = 0; i < 1024; ++i) bytes.push_back(static_cast<std::byte>(i * 7 % 256));
   Batch batch;
   batch.streams = {{kStream, 0, {}, 0, 0}};
   batch.blocks = {block_of(0, 20)};
-  batch.blocks[0].payload = std::make_shared<const std::vector<std::byte>>(octets);
-  batch.blocks[0].checksum = crc32c(octets);
+  batch.blocks[0].payload = std::make_shared<const std::vector<std::byte>>(bytes);
+  batch.blocks[0].checksum = crc32c(bytes);
   commit(batch);
   const auto visited = store_->visit_blocks({kStream, {0, 20}}, [&](const Block& block) -> Result<void> {
-    EXPECT_EQ(*block.payload, octets);
+    EXPECT_EQ(*block.payload, bytes);
     return {};
   });
   EXPECT_TRUE(visited) << visited.error().message;

@@ -6,10 +6,10 @@
 
 namespace tonus::dashboard {
 
-/// So many a second on average, and up to a burst at once (a token bucket).
-class Allowance {
+/// A token bucket: `per_second` on average, and up to `burst` at once.
+class TokenBucket {
  public:
-  Allowance(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
+  TokenBucket(double per_second, double burst) : per_second_(per_second), burst_(burst), left_(burst) {}
 
   [[nodiscard]] bool spend(Clock::TimePoint now) {
     if (at_ != Clock::TimePoint{}) {
