@@ -22,7 +22,8 @@ client.on("advertise", (channels) => {
   const definitions = parseIDL(channel.schema);
   reader = new MessageReader(channel.schemaName, definitions);
   const mode = definitions.find(({ name }) => name?.endsWith("::RigMode") ?? false);
-  modes = new Map(mode?.definitions.map((one) => [Number(one.value), one.name]));
+  const named = (mode as { definitions?: { name: string; value: number }[] } | undefined)?.definitions ?? [];
+  modes = new Map(named.map((one) => [Number(one.value), one.name]));
   client.subscribe(channel.id);
 });
 client.on("message", ({ data }) => {

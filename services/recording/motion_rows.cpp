@@ -168,16 +168,19 @@ class Stamps {
 
   void add(std::size_t row, double time) {
     if (!std::isfinite(time)) return;
-    if (!first_) first_ = {row, time};
+    if (!has_first_) first_ = {row, time};
+    has_first_ = true;
     last_ = {row, time};
-    const double off = time - first_->time - static_cast<double>(row - first_->row) / rate_;
-    if (!irregular_ && std::abs(off) > 0.5 / rate_) irregular_ = {row, time};
+    const double off = time - first_.time - static_cast<double>(row - first_.row) / rate_;
+    if (is_irregular_ || !(std::abs(off) > 0.5 / rate_)) return;
+    is_irregular_ = true;
+    wrong_ = {row, time};
   }
 
   [[nodiscard]] Result<void> check(const std::filesystem::path& file) const {
     constexpr double kTolerance = 1e-3;  // of the rate
-    if (!first_ || last_.row == first_->row) return {};
-    const double rate = static_cast<double>(last_.row - first_->row) / (last_.time - first_->time);
+    if (!has_first_ || last_.row == first_.row) return {};
+    const double rate = static_cast<double>(last_.row - first_.row) / (last_.time - first_.time);
     if (!(std::abs(rate - rate_) <= kTolerance * rate_)) {
       return fail(
           ErrorCode::kInvalidArgument,
@@ -185,13 +188,13 @@ class Stamps {
                       "states",
                       file.string(), rate, rate_));
     }
-    if (!irregular_) return {};
+    if (!is_irregular_) return {};
     return fail(
         ErrorCode::kInvalidArgument,
         fmt::format("{}:{}: a time stamp {:.6g} s after the first is not allowed; expected {:.6g} s, as rows "
                     "are equally spaced",
-                    file.string(), irregular_->row + 1, irregular_->time - first_->time,
-                    static_cast<double>(irregular_->row - first_->row) / rate_));
+                    file.string(), wrong_.row + 1, wrong_.time - first_.time,
+                    static_cast<double>(wrong_.row - first_.row) / rate_));
   }
 
  private:
@@ -200,8 +203,10 @@ class Stamps {
     double time = 0.0;
   };
   double rate_;
-  std::optional<Stamp> first_;
-  std::optional<Stamp> irregular_;
+  bool has_first_ = false;
+  bool is_irregular_ = false;
+  Stamp first_;
+  Stamp wrong_;  // the first one that is irregular
   Stamp last_;
 };
 

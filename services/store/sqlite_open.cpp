@@ -2,6 +2,7 @@
 #include <filesystem>
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
+#include <sqlite3.h>
 #include <sys/stat.h>
 #include <unistd.h>
 
@@ -125,6 +126,12 @@ Result<void> prepare_for_reading(Database& database) {
                   database.path(), *version, newest_schema_version()));
 }
 
+/// Whether the log stays beside the file when the last connection ends.
+void keep_log_on_close(const Database& database, bool is_kept) {
+  static_cast<void>(
+      sqlite3_db_config(database.get(), SQLITE_DBCONFIG_NO_CKPT_ON_CLOSE, is_kept ? 1 : 0, nullptr));
+}
+
 }  // namespace
 
 SqliteStore::SqliteStore(std::optional<StoreLock> lock, Database database)
@@ -133,11 +140,13 @@ SqliteStore::SqliteStore(std::optional<StoreLock> lock, Database database)
 SqliteStore::~SqliteStore() {
   if (writing_.empty() || !check_file()) return;
   // The last commit; with it all go into the file, also where a reader keeps the log from being removed.
-  static_cast<void>(database_.run("PRAGMA user_version = 0; PRAGMA wal_checkpoint(TRUNCATE)"));
+  if (!database_.run("PRAGMA user_version = 0; PRAGMA wal_checkpoint(TRUNCATE)")) return;
+  keep_log_on_close(database_, false);
 }
 
 Result<void> SqliteStore::begin_writing(bool is_new) {
   TONUS_TRY(prepare_for_writing(database_, is_new));
+  keep_log_on_close(database_, true);  // a file that stays marked, on a disk that fails, keeps its log
   const std::string mark = fmt::format("PRAGMA user_version = {}", kBeingWritten);
   TONUS_TRY(database_.run(mark.c_str()));
   TONUS_TRY(database_.run("PRAGMA wal_checkpoint(TRUNCATE)"));  // the mark is in the file itself

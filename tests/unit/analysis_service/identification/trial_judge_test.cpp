@@ -279,6 +279,8 @@ TEST(TrialJudge, JudgesARecordingByCompletenessAndSaturationAlone) {
   trial.report.plan.kind = TrialKind::kRecording;
   EXPECT_TRUE(judge(trial).is_valid);
   trial.rows[10].is_missing = true;
+  EXPECT_TRUE(judge(trial).is_valid) << "the segments beside a gap are used";
+  for (std::size_t i = 20; i < trial.rows.size(); ++i) trial.rows[i].is_missing = true;
   EXPECT_THAT(judge(trial).defects, ElementsAre(Defect::kGap));
   trial.rows[11].is_saturated = true;
   EXPECT_THAT(judge(trial).defects, ElementsAre(Defect::kSaturated, Defect::kGap));

@@ -40,7 +40,7 @@ TEST(MeasuredAnkle, HasTheImpedanceThatTheDataSetStates) {
     options.record_method = Method::kStateVariable;
     options.natural_frequency = 30.0;
     const Estimate e = identify({&record, 1}, options).value();
-    EXPECT_EQ(e.status, Status::kOk) << "run " << run;
+    EXPECT_NE(e.status, Status::kUndetermined) << "run " << run;
     EXPECT_NEAR(e.value.M(0, 0), I[run - 1], 0.0003) << "run " << run;
     EXPECT_NEAR(e.value.K(0, 0), K[run - 1], 2.0) << "run " << run;
     EXPECT_GT(e.value.B(0, 0), 0.0);

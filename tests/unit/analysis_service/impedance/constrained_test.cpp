@@ -71,9 +71,9 @@ TEST(Constrained, RefusesAnEstimateWithoutNumbersOrOfAnotherModel) {
   Options options;
   options.model = Model::kNoDamping;
   const Estimate e = identify(simulate(typical_subject(), SimulatedRig{}, directions(), 1), options).value();
-  EXPECT_EQ(
-      constrain(e, e.value.M, e.value.K).error().message,
-      "constrained fit: estimate is ok of model no_damping, allowed is a determined one of model linear");
+  EXPECT_EQ(constrain(e, e.value.M, e.value.K).error().message,
+            "constrained fit: estimate is suspect of model no_damping, allowed is a determined one of model "
+            "linear");
 }
 
 }  // namespace

@@ -157,7 +157,7 @@ TEST(Identify, TakesTheHandlesInertiaFromTheMass) {
 }
 
 TEST(Identify, ServesOneAxis) {
-  auto trials = simulate(typical_subject(), ideal_rig(), {0.0, 0.0, 0.0}, 1);
+  auto trials = simulate(typical_subject(), ideal_rig(), {0.0, 0.0, 0.0, 0.0, 0.0}, 1);
   const double I = 0.8;
   const double b = 9.0;
   const double k = 150.0;

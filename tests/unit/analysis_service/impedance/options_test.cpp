@@ -39,7 +39,7 @@ TEST(Options, KnowMethodsAndModelsByName) {
   for (const Method method : kMethods) EXPECT_EQ(method_named(name_of(method)).value(), method);
   for (const Model model : kModels) EXPECT_EQ(model_named(name_of(model)).value(), model);
   EXPECT_EQ(method_named("kalman").error().message,
-            "method is 'kalman', allowed is one of lowpass, optimal, state_variable");
+            "method is 'kalman', allowed is one of lowpass, optimal, state_variable, spectral");
 }
 
 }  // namespace

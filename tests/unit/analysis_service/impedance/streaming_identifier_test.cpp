@@ -75,7 +75,7 @@ TEST(StreamingIdentifier, EndsWithTheBitsOfTheOfflineResult) {
                              .value());
       }
       const Estimate offline = identify(trials, options).value();
-      EXPECT_EQ(offline.status, Status::kOk);
+      EXPECT_NE(offline.status, Status::kUndetermined);
       expect_same_bits(live.finish().value(), offline);
       expect_same_bits(live.estimate(), offline);
     }

@@ -83,7 +83,9 @@ TEST(SpectralIdentification, RecordsThatTheModelDescribesAreRight) {
     const DrawnRecords truth = drawn(kind);
     const Estimate found = identify(truth.records);
     EXPECT_TRUE(found.is_ok()) << kind;
-    if (found.outcome == Outcome::kFound) EXPECT_LT(error_in_half_widths(found, truth), 2.0) << kind;
+    if (found.outcome == Outcome::kFound) {
+      EXPECT_LT(error_in_half_widths(found, truth), 2.0) << kind;
+    }
   }
 }
 
@@ -105,7 +107,7 @@ INSTANTIATE_TEST_SUITE_P(
                     Defect{"second_mass", Test::kBands}, Defect{"clipped_force", Test::kClipping},
                     Defect{"held_force", Test::kHeldSamples}, Defect{"joined_force", Test::kHeldSamples},
                     Defect{"two_axes_friction", Test::kFriction}),
-    [](const auto& info) { return std::string(info.param.kind); });
+    [](const auto& instance) { return std::string(instance.param.kind); });
 
 TEST(SpectralIdentification, GapsCostTheSegmentsThatTheyLieInAndNoMore) {
   DrawnRecords truth = drawn("resonance_0.05");

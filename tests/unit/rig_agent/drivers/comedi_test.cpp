@@ -191,7 +191,7 @@ TEST(ComediConfig, RefusesAWiringThatIsNotWholeWithOneLine) {
   EXPECT_EQ(
       refusal(whole + motors + "voltage = 3\n"),
       "wiring.toml:5: comedi.voltage: unknown key; expected one of device, emergency_stop, enable, encoders, "
-      "motors");
+      "force, heartbeat, motors, onset");
   EXPECT_EQ(refusal(whole + "motors = { subdevice = 1, channel = 0, torque_Nm_per_V = [1.0, 0.0] }\n"),
             "wiring.toml:4: comedi.motors.torque_Nm_per_V: [1, 0] is not allowed; expected two numbers from "
             "0.001 to "

@@ -77,5 +77,11 @@ TEST(TomlText, NamesTheLineOfWhatIsNoToml) {
   EXPECT_EQ(parse_toml("a = 1\nb = = 2", "a.toml").error().message.substr(0, 20), "a.toml:2: not TOML: ");
 }
 
+TEST(TomlText, RefusesAKeySoDeepThatTheParserWouldExhaustTheStack) {
+  std::string text;
+  for (int i = 0; i < 200'000; ++i) text += "a.";
+  EXPECT_FALSE(parse_toml(text + "a = 1", "a.toml"));
+}
+
 }  // namespace
 }  // namespace tonus::config

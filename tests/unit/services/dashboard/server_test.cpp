@@ -259,7 +259,8 @@ TEST(Server, WhatIsRefusedIsLoggedAndWhoIsConnectedMissesNothing) {
   EXPECT_EQ(counts["oversized"], 1);
   EXPECT_GE(counts["malformed"], 9);
   EXPECT_EQ(counts["flood"], 1);
-  for (const char* kind : {"(visit)", "(oversized)", "(malformed)"}) EXPECT_THAT(log.text(), HasSubstr(kind));
+  for (const char* kind : {"(connection)", "(oversized)", "(malformed)"})
+    EXPECT_THAT(log.text(), HasSubstr(kind));
   EXPECT_THAT(log.text(), ::testing::Not(HasSubstr("wrong-token"))) << "secrets are not logged";
 }
 

@@ -60,7 +60,7 @@ TEST_F(DatasetErrors, StateBothRatesWhereTheEffectiveOneOrAChannelsContradictsTh
   EXPECT_EQ(
       refusal_of(json, R"({"SamplingFrequency": 1000, "SamplingFrequencyEffective": 500})"),
       json +
-          ": SamplingFrequencyEffective 500 is not allowed; expected within 10 % of the SamplingFrequency, "
+          ": SamplingFrequencyEffective = 500 is not allowed; expected within 10 % of the SamplingFrequency, "
           "1000 Hz");
   put(json, R"({"SamplingFrequency": 1000, "SamplingFrequencyEffective": 998.5})");
   const auto recordings = read_dataset(root_);

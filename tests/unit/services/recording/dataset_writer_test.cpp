@@ -177,7 +177,7 @@ TEST_F(DatasetWriter, WritesConvertedChannelsBesideRawOnes) {
   // Without the raw channels' names the reader takes the converted ones.
   std::string channels = content(root_ / (stem + "_channels.tsv"));
   for (const std::string name : {"q1", "q2", "f1", "f2"})
-    channels.replace(channels.find("\n" + name) + 1, 2, "--");
+    channels.replace(channels.find("\n" + name) + 1, 1, name[0] == 'q' ? "-" : "+");
   put(stem + "_channels.tsv", channels);
   const auto read = read_dataset(root_);
   ASSERT_TRUE(read) << read.error().message;

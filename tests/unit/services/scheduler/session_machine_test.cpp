@@ -147,7 +147,7 @@ TEST(Session, FailsWhereTheRigCannotRunTheProtocol) {
   lab.take(lab.machine().on_rig_description(description));
   lab.take(lab.machine().on_roster(""));
   EXPECT_EQ(lab.phase(), v1::SESSION_FAILED);
-  EXPECT_THAT(lab.machine().state().message(), HasSubstr("protocol:14: perturbation.amplitude_m = 0.005"));
+  EXPECT_THAT(lab.machine().state().message(), HasSubstr("protocol:14: perturbation.amplitude_m: 0.005"));
   EXPECT_TRUE(lab.trial_commands.empty());
 }
 

@@ -99,7 +99,7 @@ TEST(PlantSensors, FeelTheInertiaOfTheHandleBeyondTheFlexure) {
 }
 
 TEST(PlantSensors, StampTheirOwnClock) {
-  Plant plant(Profile{}, 0.00025);
+  Plant plant(PlantProfile{}, 0.00025);
   EXPECT_EQ(plant.measure().acquisition_ns, 0);
   for (int i = 0; i < 8; ++i) plant.step({0.0, 0.0});
   EXPECT_EQ(plant.measure().acquisition_ns, 2'000'000);
