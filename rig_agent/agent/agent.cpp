@@ -364,6 +364,7 @@ void Agent::watch_hold() {
   pending.is_start = true;  // nobody is answered
   pending.clears_hold = latch_.number();
   post(control::CommandKind::kClearFaults, std::move(pending));
+  if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
 }
 
 // A loop that does not come back from its driver sees neither stop nor fault: this thread acts for it.
