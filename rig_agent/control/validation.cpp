@@ -6,6 +6,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <string>
 
+#include "rig_agent/control/setting_ranges.hpp"
+
 namespace tonus::control {
 namespace {
 
@@ -14,18 +16,21 @@ class Checks {
  public:
   explicit Checks(const char* subject) : subject_(subject) {}
 
-  Checks& within(const char* field, double value, double low, double high) {
+  Checks& within(const std::string& field, double value, double low, double high) {
     if (!(value >= low && value <= high)) refuse(field, value, fmt::format("{} to {}", low, high));
     return *this;
   }
-  Checks& that(bool holds, const char* field, double value, const std::string& allowed) {
+  Checks& within(const std::string& field, const Eigen::Vector2d& value, double low, double high) {
+    return within(field + "[0]", value.x(), low, high).within(field + "[1]", value.y(), low, high);
+  }
+  Checks& that(bool holds, const std::string& field, double value, const std::string& allowed) {
     if (!holds) refuse(field, value, allowed);
     return *this;
   }
   [[nodiscard]] Result<void> result() const { return result_; }
 
  private:
-  void refuse(const char* field, double value, const std::string& allowed) {
+  void refuse(const std::string& field, double value, const std::string& allowed) {
     if (!result_) return;
     result_ = fail(ErrorCode::kInvalidArgument,
                    fmt::format("{}: {} is {:.6g}, allowed is {}", subject_, field, value, allowed));
@@ -37,34 +42,12 @@ class Checks {
 
 }  // namespace
 
-// Ceilings of this program: no file and no option goes beyond them.
-// - Workspace: a seated subject's hand goes about 0.25 m from the middle of its reach before the elbow is
-//   straight, where a push goes into the joint itself.
-// - Speed and energy: what an arm of some 2 kg at the hand takes up in a stop without harm, 1.5 m/s or 2 J
-// and
-//   what the centring needs.
-// - Force: ISO/TS 15066, annex A, names 140 N for a hand that is held fast; a hand that holds a handle cannot
-//   let go at once, and 100 N leave a margin for the sensor. Torque, 100 N m, moves the links too.
-// - Time: a person takes 0.2 s to let go; a stop has to come before a second one is needed.
 Result<void> validate(const SafetyLimits& limits) {
-  return Checks("limits")
-      .within("workspace_centre_m[0]", limits.workspace_centre.x(), -10.0, 10.0)
-      .within("workspace_centre_m[1]", limits.workspace_centre.y(), -10.0, 10.0)
-      .within("workspace_radius_m", limits.workspace_radius, 0.005, 0.25)
-      .within("speed_m_per_s", limits.speed, 0.01, 1.5)
-      .within("force_N", limits.force, 0.5, 100.0)
-      .within("torques_Nm[0]", limits.torque[0], 0.01, 100.0)
-      .within("torques_Nm[1]", limits.torque[1], 0.01, 100.0)
-      .within("encoder_jump_rad", limits.encoder_jump, 1e-4, 0.1)
-      .within("command_timeout_s", limits.command_timeout, 0.0, 5.0)
-      .within("missed_periods", limits.missed_periods, 0.0, 10000.0)
-      .within("missed_share", limits.missed_share, 0.0, 0.9)
-      .within("unexplained_torque_Nm", limits.unexplained_torque, 0.0, 10.0)
-      .within("trial_energy_J", limits.trial_energy, 0.0, 10.0)
-      .within("watchdog_s", limits.watchdog, 0.005, 0.1)
-      .within("safe_damping_Nms_per_rad", limits.safe_damping, 0.1, 10.0)
-      .within("safe_torque_Nm", limits.safe_torque, 0.1, 10.0)
-      .result();
+  Checks checks("limits");
+  for_each_limit(limits, [&checks](const char* key, const auto& value, auto low, auto high) {
+    checks.within(key, value, low, high);
+  });
+  return checks.result();
 }
 
 std::vector<std::string> limits_off(const SafetyLimits& limits) {
@@ -78,18 +61,11 @@ std::vector<std::string> limits_off(const SafetyLimits& limits) {
 }
 
 Result<void> validate(const ServoGains& gains) {
-  return Checks("control")
-      .within("perturbation_phase_rad", gains.perturbation_phase, 1.0, 10.0)
-      .within("perturbation_damping", gains.perturbation_damping, 0.0, 1.0)
-      .within("hold_frequency_rad_per_s", gains.hold_frequency, 1.0, 100.0)
-      .within("hold_damping", gains.hold_damping, 0.3, 2.0)
-      .within("float_damping_per_s", gains.float_damping, 0.1, 100.0)
-      .within("force_trim_per_s", gains.force_trim, 0.0, 10.0)
-      .within("force_trim_limit_N", gains.force_trim_limit, 0.0, 20.0)
-      .within("observer_frequency_rad_per_s", gains.observer_frequency, 5.0, 500.0)
-      .within("force_filter_rad_per_s", gains.force_filter, 1.0, 1000.0)
-      .within("friction_compensation", gains.friction_compensation, 0.0, 1.0)
-      .result();
+  Checks checks("control");
+  for_each_gain(gains, [&checks](const char* key, double value, double low, double high) {
+    checks.within(key, value, low, high);
+  });
+  return checks.result();
 }
 
 Result<void> validate(const LoopConfig& config) {
@@ -140,8 +116,7 @@ Result<void> validate(const TrialProgram& program, const SafetyLimits& limits, b
   // Twice the step: the underdamped handle overshoots by less than the step itself.
   const double room = limits.workspace_radius - 2.0 * program.amplitude;
   return Checks("trial")
-      .within("posture_m[0]", program.posture.x(), -2.0, 2.0)
-      .within("posture_m[1]", program.posture.y(), -2.0, 2.0)
+      .within("posture_m", program.posture, -2.0, 2.0)
       .that(distance <= room, "distance of the posture from the workspace's centre (m)", distance,
             fmt::format("at most {:.4g} (radius {} less twice the amplitude)", room, limits.workspace_radius))
       .within("centring_time_s", program.centring_time, 0.1, 30.0)

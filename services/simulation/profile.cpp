@@ -6,7 +6,9 @@
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
 #include <string>
+#include <type_traits>
 
+#include "rig_agent/control/setting_ranges.hpp"
 #include "services/config/checked_table.hpp"
 #include "services/config/toml_text.hpp"
 #include "services/core/text_file.hpp"
@@ -174,35 +176,27 @@ void read(CheckedTable s, SubjectProfile& subject) {
   s.finish();
 }
 
+/// Reads each setting of control/setting_ranges.hpp that it is called for.
+auto reader_of(CheckedTable& s) {
+  return [&s](const char* key, auto& value, auto low, auto high) {
+    using Value = std::remove_reference_t<decltype(value)>;
+    if constexpr (std::is_same_v<Value, Eigen::Vector2d>) {
+      s.pair(key, value, low, high);
+    } else if constexpr (std::is_same_v<Value, unsigned>) {
+      s.count(key, value, low, high);
+    } else {
+      s.number(key, value, low, high);
+    }
+  };
+}
+
 void read(CheckedTable s, control::SafetyLimits& limits) {
-  s.pair("workspace_centre_m", limits.workspace_centre, -4.0, 4.0);
-  s.number("workspace_radius_m", limits.workspace_radius, 0.005, 0.25);
-  s.number("speed_m_per_s", limits.speed, 0.01, 1.5);
-  s.number("force_N", limits.force, 0.5, 100.0);
-  s.pair("torques_Nm", limits.torque, 0.01, 100.0);
-  s.number("encoder_jump_rad", limits.encoder_jump, 1e-4, 0.1);
-  s.number("command_timeout_s", limits.command_timeout, 0.0, 5.0);
-  s.count("missed_periods", limits.missed_periods, 0, 10000);
-  s.number("missed_share", limits.missed_share, 0.0, 0.9);
-  s.number("unexplained_torque_Nm", limits.unexplained_torque, 0.0, 10.0);
-  s.number("trial_energy_J", limits.trial_energy, 0.0, 10.0);
-  s.number("watchdog_s", limits.watchdog, 0.005, 0.1);
-  s.number("safe_damping_Nms_per_rad", limits.safe_damping, 0.1, 10.0);
-  s.number("safe_torque_Nm", limits.safe_torque, 0.1, 10.0);
+  control::for_each_limit(limits, reader_of(s));
   s.finish();
 }
 
 void read(CheckedTable s, control::ServoGains& gains) {
-  s.number("perturbation_phase_rad", gains.perturbation_phase, 1.0, 10.0);
-  s.number("perturbation_damping", gains.perturbation_damping, 0.0, 1.0);
-  s.number("hold_frequency_rad_per_s", gains.hold_frequency, 1.0, 100.0);
-  s.number("hold_damping", gains.hold_damping, 0.3, 2.0);
-  s.number("float_damping_per_s", gains.float_damping, 0.1, 100.0);
-  s.number("force_trim_per_s", gains.force_trim, 0.0, 10.0);
-  s.number("force_trim_limit_N", gains.force_trim_limit, 0.0, 20.0);
-  s.number("observer_frequency_rad_per_s", gains.observer_frequency, 5.0, 500.0);
-  s.number("force_filter_rad_per_s", gains.force_filter, 1.0, 1000.0);
-  s.number("friction_compensation", gains.friction_compensation, 0.0, 1.0);
+  control::for_each_gain(gains, reader_of(s));
   s.finish();
 }
 
