@@ -18,15 +18,9 @@ constexpr std::chrono::seconds kLeftBehindPeriod{2};
 /// Cycles of the simulated clock in one step: a fraction of a trial, so that commands are seen in between.
 constexpr int kCyclesPerStep = 2000;
 constexpr std::chrono::seconds kLogRepairPeriod{1};
-constexpr std::chrono::milliseconds kUnattendedPeriod{500};
-constexpr std::size_t kAnswersKept = 256;
 /// Longest that one message may hold up the agent: its state follows again, its replies are asked for again.
 constexpr std::chrono::milliseconds kPatience{20};
 constexpr std::chrono::milliseconds kPatienceForReplies{1};
-/// Requests that may wait for the loop's answer; more are answered at once that they were not carried out.
-constexpr std::size_t kMostPendingReplies = control::RigLoop::kCommandCapacity;
-/// Stops are not held up by other requests: room of their own for their confirmations.
-constexpr std::size_t kMostPendingStops = kMostPendingReplies + 256;
 
 template <typename T>
 bus::Topic<T> with_patience(bus::Topic<T> topic, std::chrono::milliseconds patience) {
@@ -74,11 +68,22 @@ Agent::Agent(const AgentOptions& options, const AgentParts& parts, AgentEndpoint
       endpoints_(std::move(endpoints)),
       clock_(clock) {}
 
+v1::TrialOutcome Agent::outcome_of(const v1::TrialCommand& command, std::uint64_t epoch,
+                                   v1::TrialEnd end) const {
+  v1::TrialOutcome outcome;
+  outcome.trial_id(command.trial_id());
+  outcome.program(command.program());
+  outcome.epoch(epoch);
+  outcome.end(end);
+  outcome.sample_rate_Hz(options_.names.sample_rate);
+  return outcome;
+}
+
 void Agent::start(const v1::RigDescription& description) {
   if (latch_.is_held()) {
     spdlog::warn("the rig is held: {}", latch_.because());
     loop_.hold();
-    if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
+    advance_simulated_clock();
   }
   if (auto sent = endpoints_.description.write(description); !sent) {
     spdlog::error("the rig's description is not published: {}", sent.error().message);
@@ -88,17 +93,12 @@ void Agent::start(const v1::RigDescription& description) {
   if (!log_.broken()) return;
 
   const BrokenTrial broken = *log_.broken();
-  v1::TrialOutcome outcome;
-  outcome.trial_id(broken.command.trial_id());
-  outcome.program(broken.command.program());
-  outcome.epoch(broken.epoch);
-  outcome.end(v1::TRIAL_BROKEN_OFF);
+  v1::TrialOutcome outcome = outcome_of(broken.command, broken.epoch, v1::TRIAL_BROKEN_OFF);
   outcome.detail("the rig agent ended in the middle of the trial");
   outcome.first_sequence(broken.first_sequence);
   outcome.onset_sequence(broken.first_sequence);
   outcome.last_sequence(
       std::max(broken.first_sequence, spool_.last_sequence(broken.epoch, broken.first_sequence)));
-  outcome.sample_rate_Hz(options_.names.sample_rate);
   spdlog::warn("trial {} was broken off by the end of the last run", broken.command.program().attempt());
   note_logged(log_.ended(outcome));
   publish_outcome(outcome);
@@ -113,7 +113,7 @@ Clock::TimePoint Agent::step() {
   take_resends();
   take_rig_commands();
   take_trial_commands();
-  if (!options_.is_paced && running_) advance_simulated_clock(kCyclesPerStep);
+  if (running_) advance_simulated_clock();
   watch_hold();
   collect_replies();
   collect_samples();
@@ -127,7 +127,7 @@ Clock::TimePoint Agent::step() {
 std::string Agent::why_no_trial() const {
   const auto state = loop_.state();
   if (latch_.is_held()) return fmt::format("held: {}; when it is safe, clear it", latch_.because());
-  if (state.faults != 0) return "fault: " + fault_text(state.faults);
+  if (state.faults != 0) return "fault: " + control::fault_text(state.faults);
   if (spool_.is_full()) return fmt::format("the spool is full: {} bytes without a receipt", spool_.bytes());
   if (!publisher_.spool_error().empty()) return "the spool cannot be written: " + publisher_.spool_error();
   if (!log_error_.empty()) return "the trial log cannot be written: " + log_error_;
@@ -202,8 +202,7 @@ void Agent::begin(const v1::TrialCommand& command) {
         fmt::format("nothing moves in the first {} ms after the rig was armed",
                     std::chrono::duration_cast<std::chrono::milliseconds>(options_.stillness).count()));
   }
-  if (pending_replies_.size() >= kMostPendingReplies)
-    return refuse(command, "too many requests wait for the loop");
+  if (has_too_many_pending()) return refuse(command, "too many requests wait for the loop");
   if (auto logged = log_.begun(prepared, options_.epoch, loop_.state().next_sequence); !logged) {
     note_logged(logged);
     return refuse(command, why_no_trial());
@@ -211,190 +210,15 @@ void Agent::begin(const v1::TrialCommand& command) {
   if (!loop_.post(start)) return refuse(command, "the loop's queue of commands is full");
   publisher_.set_trial(prepared.program().session_id(), prepared.trial_id());
   running_ = RunningTrial{std::move(prepared), start.program.number};
-  pending_replies_.push_back({.request = start.request, .reply = {}, .is_start = true});
+  pending_replies_.push_back({.request = start.request, .is_start = true});
 }
 
 void Agent::refuse(const v1::TrialCommand& command, const std::string& why) {
   spdlog::warn("trial {} is refused: {}", command.program().attempt(), why);
-  v1::TrialOutcome outcome;
-  outcome.trial_id(command.trial_id());
-  outcome.program(command.program());
-  outcome.epoch(options_.epoch);
-  outcome.end(v1::TRIAL_REFUSED);
+  v1::TrialOutcome outcome = outcome_of(command, options_.epoch, v1::TRIAL_REFUSED);
   outcome.detail(why);
-  outcome.sample_rate_Hz(options_.names.sample_rate);
   note_logged(log_.ended(outcome));
   publish_outcome(outcome);
-}
-
-void Agent::take_rig_commands() {
-  if (const std::string by = stops_.take(); !by.empty()) {
-    spdlog::warn("stop by {}", by);
-    latch("stop by " + by);
-    if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
-  }
-  for (const auto& received : runtime::drain(endpoints_.rig_commands)) {
-    if (received.value.rig_id() == options_.names.id) carry_out(received.value);
-  }
-}
-
-void Agent::carry_out(const v1::RigCommand& command) {
-  const auto is_same = [&command](const auto& reply) { return reply.request_id() == command.request_id(); };
-  if (const auto known = std::find_if(answered_.begin(), answered_.end(), is_same);
-      known != answered_.end()) {
-    send_reply(*known);
-    return;
-  }
-  if (std::any_of(pending_replies_.begin(), pending_replies_.end(), [&is_same](const PendingReply& pending) {
-        return !pending.is_start && is_same(pending.reply);
-      }))
-    return;  // its answer is still to come
-  PendingReply pending;
-  pending.request = ++last_request_;
-  pending.reply.rig_id(options_.names.id);
-  pending.reply.request_id(command.request_id());
-  switch (command.request()) {
-    case v1::RIG_EMERGENCY_STOP:
-      stop(std::move(pending), command.requested_by());
-      break;
-    case v1::RIG_ABORT_TRIAL:
-      post(control::CommandKind::kAbort, std::move(pending));
-      break;
-    case v1::RIG_CLEAR_FAULT:
-      clear_fault(command, std::move(pending));
-      break;
-    case v1::RIG_ARM:
-      arm(command, std::move(pending));
-      break;
-    case v1::RIG_DISARM:
-      if (lease_.session() == command.session_id() && !running_) lease_.disarm();
-      answer(pending, true, "done");
-      break;
-  }
-  if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
-}
-
-// A stop has been given already, and waits only for its confirmation.
-void Agent::stop(PendingReply pending, const std::string& requested_by) {
-  loop_.emergency_stop();
-  spdlog::warn("stop by {}", requested_by);
-  latch("stop by " + requested_by);
-  pending.is_emergency_stop = true;
-  if (pending_replies_.size() < kMostPendingStops) {
-    pending_replies_.push_back(std::move(pending));
-  } else {
-    answer(pending, false, "the stop was given; too many requests wait for its confirmation");
-  }
-}
-
-void Agent::post(control::CommandKind kind, PendingReply pending) {
-  control::Command order;
-  order.request = pending.request;
-  order.kind = kind;
-  if (pending_replies_.size() >= kMostPendingReplies) {
-    answer(pending, false, "too many requests wait for an answer; ask again");
-  } else if (!loop_.post(order)) {
-    answer(pending, false, "the loop's queue of commands is full; ask again");
-  } else {
-    pending_replies_.push_back(std::move(pending));
-  }
-}
-
-void Agent::clear_fault(const v1::RigCommand& command, PendingReply pending) {
-  if (!latch_.is_held()) return answer(pending, true, "the rig is not held");
-  if (command.hold_number() != latch_.number()) {
-    return answer(pending, false,
-                  fmt::format("hold_number: {} is not allowed; expected {}, the hold in force: {}",
-                              command.hold_number(), latch_.number(), latch_.because()));
-  }
-  pending.clears_hold = latch_.number();
-  spdlog::info("hold {} is to be cleared by {}", latch_.number(), command.requested_by());
-  post(control::CommandKind::kClearFaults, std::move(pending));
-}
-
-std::string Agent::why_not_armed(const v1::RigCommand& command) const {
-  if (command.session_id() == kNoId) return "session_id: 0 is not allowed; expected a session's";
-  if (command.epoch() != options_.epoch)
-    return "the rig agent was restarted since: an operator has to resume the session";
-  if (latch_.is_held()) return why_no_trial();
-  if (running_) return fmt::format("trial {} is running", running_->command.program().attempt());
-  const Id armed = lease_.session();
-  if (armed != kNoId && armed != command.session_id())
-    return fmt::format("the rig is armed for session {}", to_hex(armed));
-  return {};
-}
-
-void Agent::arm(const v1::RigCommand& command, PendingReply pending) {
-  if (const std::string why = why_not_armed(command); !why.empty()) return answer(pending, false, why);
-  lease_.arm(command.session_id(), clock_.now());
-  spdlog::info("armed for session {}", to_hex(command.session_id()));
-  answer(pending, true, "armed");
-}
-
-void Agent::hold(const std::string& because) {
-  latch(because);
-  if (loop_.state().faults == 0) loop_.hold();
-}
-
-void Agent::latch(const std::string& because) {
-  const bool was_held = latch_.is_held();
-  if (auto held = latch_.hold(because); !held)
-    spdlog::error("the rig is held, and its latch is not on disk: {}", held.error().message);
-  if (!was_held) spdlog::warn("the rig is held: {}", latch_.because());
-  lease_.disarm();
-  state_due_ = clock_.now();
-}
-
-bool Agent::is_emergency_stopped() const {
-  return (loop_.state().faults & control::bit(control::Fault::kEmergencyStop)) != 0;
-}
-
-// A fault of the loop becomes a hold before anything else is done about it.
-void Agent::watch_hold() {
-  const control::FaultBits faults = loop_.state().faults & ~control::bit(control::Fault::kHeld);
-  if ((faults & ~noted_faults_) != 0) latch("fault: " + fault_text(faults & ~noted_faults_));
-  noted_faults_ = faults;
-  if (!options_.resumes_unattended || !latch_.is_held() || is_emergency_stopped() || running_) return;
-  const bool is_stopped = latch_.because().find("stop by ") != std::string::npos;
-  const bool is_doubled = latch_.because().find("another ") != std::string::npos;
-  if (is_stopped || is_doubled || clock_.now() < unattended_due_) return;
-  unattended_due_ = clock_.now() + kUnattendedPeriod;
-  PendingReply pending;
-  pending.request = ++last_request_;
-  pending.is_start = true;  // nobody is answered
-  pending.clears_hold = latch_.number();
-  post(control::CommandKind::kClearFaults, std::move(pending));
-  if (!options_.is_paced) advance_simulated_clock(kCyclesPerStep);
-}
-
-// A loop that does not come back from its driver sees neither stop nor fault: this thread acts for it.
-void Agent::watch_cycles() {
-  if (!options_.is_paced) return;
-  const std::uint64_t cycle = loop_.state().cycle;
-  if (cycle != cycle_ || cycle == 0) {
-    cycle_ = cycle;
-    cycle_at_ = clock_.now();
-    stands_still_ = false;
-    return;
-  }
-  if (clock_.now() - cycle_at_ <= options_.longest_cycle) return;
-  (void)driver_.disable();
-  if (stands_still_) return;
-  stands_still_ = true;
-  hold("the loop stands still: the driver does not return");
-}
-
-void Agent::watch_lease() {
-  const auto heard = lease_.heard();
-  if (!options_.is_paced || (heard && *heard != lease_heard_)) {
-    loop_.keep_alive();
-    if (heard) lease_heard_ = *heard;
-  }
-  const double limit = loop_.config().limits.command_timeout;
-  if (!heard || running_ || limit <= 0.0 || !options_.is_paced) return;
-  if (clock_.now() - *heard <= std::chrono::duration<double>(limit)) return;
-  spdlog::warn("disarmed: the session's scheduler was not heard for {} s", limit);
-  lease_.disarm();
 }
 
 void Agent::take_receipts() {
@@ -422,70 +246,16 @@ void Agent::resend_left_behind() {
   for (const auto& range : spool_.left_behind(options_.epoch)) publisher_.resend(range);
 }
 
-void Agent::advance_simulated_clock(int cycles) {
+void Agent::advance_simulated_clock() {
+  if (options_.is_paced) return;
   const std::int64_t now = clock_.now().time_since_epoch().count();
   const bool was_running = running_.has_value();
-  for (int i = 0; i < cycles && running_.has_value() == was_running; ++i) {
+  for (int i = 0; i < kCyclesPerStep && running_.has_value() == was_running; ++i) {
     loop_.keep_alive();
     if (!loop_.step(now) && !was_running) return;  // a recording between its segments
     if (loop_.samples_waiting() >= loop_.sample_capacity() / 2) collect_samples();
     if ((i & 63) == 0) collect_results();
   }
-}
-
-void Agent::collect_replies() {
-  std::erase_if(pending_replies_, [&](PendingReply& pending) {
-    if (!pending.is_emergency_stop || !is_emergency_stopped()) return false;
-    answer(pending, true, "stopped");
-    return true;
-  });
-  control::CommandReply reply;
-  while (loop_.next_reply(reply)) {
-    const auto pending = std::find_if(pending_replies_.begin(), pending_replies_.end(),
-                                      [&reply](const auto& entry) { return entry.request == reply.request; });
-    if (pending == pending_replies_.end()) continue;
-    const bool is_done = reply.result == control::CommandResult::kDone ||
-                         reply.result == control::CommandResult::kNothingRunning;
-    if (is_done && pending->clears_hold != 0) {
-      finish_clearing(*pending);
-    } else if (pending->is_start) {
-      if (!is_done && running_ && pending->clears_hold == 0) {
-        refuse(running_->command, "the loop did not start it: " + fault_text(loop_.state().faults));
-        running_.reset();
-      }
-    } else {
-      answer(*pending, is_done, is_done ? "done" : "not cleared: " + fault_text(reply.remaining));
-    }
-    pending_replies_.erase(pending);
-  }
-}
-
-// The loop is free; the latch follows, and where it cannot, the loop goes back.
-void Agent::finish_clearing(PendingReply& pending) {
-  noted_faults_ = 0;
-  const auto cleared = latch_.clear(pending.clears_hold);
-  if (cleared) {
-    spdlog::info("hold {} is cleared", pending.clears_hold);
-    state_due_ = clock_.now();
-  } else {
-    loop_.hold();
-  }
-  if (!pending.is_start)
-    answer(pending, cleared.has_value(), cleared ? "cleared" : "not cleared: " + cleared.error().message);
-}
-
-void Agent::answer(PendingReply& pending, bool is_done, const std::string& message) {
-  pending.reply.is_done(is_done);
-  pending.reply.message(message);
-  pending.reply.rig_clock_ns(loop_.state().acquisition_ns);
-  answered_.push_back(pending.reply);
-  if (answered_.size() > kAnswersKept) answered_.pop_front();
-  send_reply(pending.reply);
-}
-
-// Nobody who does not read holds up the rig: the request is asked again, and answered from memory.
-void Agent::send_reply(const v1::RigReply& reply) {
-  if (!endpoints_.replies.write(reply)) ++replies_dropped_;
 }
 
 void Agent::collect_samples() {
@@ -505,16 +275,11 @@ void Agent::collect_results() {
     collect_samples();  // the trial's last sample is in the queue before its result
     publisher_.flush();
     if (!running_ || result.number != running_->number) continue;
-    v1::TrialOutcome outcome;
-    outcome.trial_id(running_->command.trial_id());
-    outcome.program(running_->command.program());
-    outcome.epoch(options_.epoch);
-    outcome.end(to_wire(result.outcome));
-    if (result.faults != 0) outcome.detail("fault: " + fault_text(result.faults));
+    v1::TrialOutcome outcome = outcome_of(running_->command, options_.epoch, to_wire(result.outcome));
+    if (result.faults != 0) outcome.detail("fault: " + control::fault_text(result.faults));
     outcome.first_sequence(result.first_sequence);
     outcome.onset_sequence(result.has_onset ? result.onset_sequence : result.last_sequence);
     outcome.last_sequence(result.last_sequence);
-    outcome.sample_rate_Hz(options_.names.sample_rate);
     note_logged(log_.ended(outcome));
     running_.reset();
     publish_outcome(outcome);
@@ -526,12 +291,6 @@ void Agent::publish_outcome(const v1::TrialOutcome& outcome) {
     spdlog::error("the outcome of trial {} is not published: {}", outcome.program().attempt(),
                   sent.error().message);
   }
-}
-
-v1::RigMode Agent::mode() const {
-  if (latch_.is_held() || loop_.state().faults != 0) return v1::RIG_HELD;
-  if (running_) return v1::RIG_IN_TRIAL;
-  return lease_.session() != kNoId ? v1::RIG_ARMED : v1::RIG_FREE;
 }
 
 void Agent::publish_state_if_due() {
@@ -548,7 +307,7 @@ void Agent::publish_state_if_due() {
   state.received_through(received_through_);
   state.spool_bytes(spool_.bytes());
   state.fault_bits(loop.faults);
-  state.fault(fault_text(loop.faults));
+  state.fault(control::fault_text(loop.faults));
   state.overruns(loop.missed_periods);
   state.dropped_samples(loop.samples_dropped);
   state.is_realtime_paced(options_.is_paced);

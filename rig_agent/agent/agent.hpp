@@ -78,7 +78,8 @@ struct AgentParts {
 /// does.
 ///
 /// One thread calls step(). The loop runs in a thread of its own if it is paced; else step() advances it
-/// while a trial runs, and for two seconds after a command: between trials the simulated clock stands still.
+/// while a trial runs, and for two seconds after a stop, an abort or a clear: between trials the simulated
+/// clock stands still.
 class Agent {
  public:
   Agent(const AgentOptions& options, const AgentParts& parts, AgentEndpoints endpoints, const Clock& clock);
@@ -94,7 +95,7 @@ class Agent {
   [[nodiscard]] std::string activity() const;
 
   /// Holds the rig: for what only the program sees, as another agent of the same name.
-  void hold(const std::string& because);
+  void hold(const std::string& because, bool needs_operator);
   /// Replies that were left out because their reader did not take them.
   [[nodiscard]] std::uint64_t replies_dropped() const { return replies_dropped_; }
 
@@ -105,10 +106,10 @@ class Agent {
   };
   struct PendingReply {
     std::uint64_t request = 0;
-    v1::RigReply reply;
-    bool is_emergency_stop = false;  ///< Answered when the loop shows the fault.
-    bool is_start = false;           ///< The agent's own start of a trial: nobody is answered.
-    std::uint32_t clears_hold = 0;   ///< Number of the hold that ends if the loop clears its faults.
+    std::optional<v1::RigReply> reply = {};  ///< None: the agent asks the loop for itself.
+    bool is_emergency_stop = false;          ///< Answered when the loop shows the fault.
+    bool is_start = false;                   ///< Of a trial.
+    std::uint32_t clears_hold = 0;           ///< Number of the hold that ends if the loop clears its faults.
   };
 
   /// Why no trial may be begun, whoever reads its samples: a fault, or a disk that does not keep what
@@ -117,10 +118,15 @@ class Agent {
   /// Keeps the reason of a write that failed: no trial is begun until the log could be written anew.
   void note_logged(const Result<void>& logged);
   void repair_log_if_due();
+
+  // agent.cpp: trials, samples, and what is published
   void take_trial_commands();
   void begin(const v1::TrialCommand& command);
   void refuse(const v1::TrialCommand& command, const std::string& why);
+
+  // agent_requests.cpp: what is asked of the rig, and what holds it
   void take_rig_commands();
+  [[nodiscard]] bool has_too_many_pending() const;
   void carry_out(const v1::RigCommand& command);
   void stop(PendingReply pending, const std::string& requested_by);
   void clear_fault(const v1::RigCommand& command, PendingReply pending);
@@ -129,7 +135,7 @@ class Agent {
   /// Why `session` may not arm the rig; empty: it may.
   [[nodiscard]] std::string why_not_armed(const v1::RigCommand& command) const;
   /// The latch alone: for what the loop has stopped at already.
-  void latch(const std::string& because);
+  void latch(const std::string& because, bool needs_operator);
   void watch_hold();
   void watch_lease();
   void watch_cycles();
@@ -139,12 +145,15 @@ class Agent {
   void take_receipts();
   void take_resends();
   void resend_left_behind();
-  void advance_simulated_clock(int cycles);
+  /// Where the loop is not paced: a fraction of a trial, so that it sees what it was told.
+  void advance_simulated_clock();
   void collect_replies();
   void answer(PendingReply& pending, bool is_done, const std::string& message);
   void send_reply(const v1::RigReply& reply);
   void collect_samples();
   void collect_results();
+  [[nodiscard]] v1::TrialOutcome outcome_of(const v1::TrialCommand& command, std::uint64_t epoch,
+                                            v1::TrialEnd end) const;
   void publish_outcome(const v1::TrialOutcome& outcome);
   void publish_state_if_due();
 

@@ -10,6 +10,7 @@
 #include <sys/stat.h>
 #include <system_error>
 #include <unistd.h>
+#include <utility>
 
 #include "services/core/crc32c.hpp"
 
@@ -27,7 +28,7 @@ struct Slot {
   std::uint32_t number = 0;
   std::uint32_t is_powered = 0;
   std::array<char, kTextBytes> because{};  // ends with a zero; empty: not held
-  std::uint32_t reserved = 0;
+  std::uint32_t may_clear_unattended = 0;
   std::uint32_t checksum = 0;  // CRC-32C of all before it
 };
 static_assert(sizeof(Slot) == 480);
@@ -71,26 +72,29 @@ void HoldLatch::load() {
   if (!first && !second) {
     number_ = 1;
     because_ = path_.string() + " cannot be read: whether the rig was held is not known";
+    needs_operator_ = true;
     return;
   }
   const Slot& newest = !second || (first && first->version > second->version) ? *first : *second;
   version_ = newest.version;
   number_ = newest.number;
   because_ = newest.because.data();
+  needs_operator_ = is_held() && newest.may_clear_unattended == 0;
   is_powered_ = newest.is_powered != 0;
   if (!is_powered_) return;
   is_powered_ = false;
-  (void)hold("the rig agent ended while the rig was under power");  // held in memory in any case
+  (void)hold("the rig agent ended while the rig was under power", false);  // held in memory in any case
 }
 
-Result<void> HoldLatch::hold(const std::string& because) {
-  if (!is_held()) {
-    ++number_;
-    because_ = because;
-  } else if (because_.find(because) == std::string::npos) {
-    because_ += "; " + because;
-  }
-  if (because_.size() >= kTextBytes) because_.resize(kTextBytes - 1);
+Result<void> HoldLatch::hold(const std::string& because, bool needs_operator) {
+  std::string text = because_.empty() ? because : because_;
+  if (text.find(because) == std::string::npos) text += "; " + because;
+  if (text.size() >= kTextBytes) text.resize(kTextBytes - 1);
+  const bool is_news = text != because_ || (needs_operator && !needs_operator_);
+  if (!is_held()) ++number_;
+  because_ = std::move(text);
+  needs_operator_ = needs_operator_ || needs_operator;
+  if (is_on_disk_ && !is_news) return {};
   return write();
 }
 
@@ -101,8 +105,12 @@ Result<void> HoldLatch::clear(std::uint32_t number) {
                           : fmt::format("hold {} is not in force: the rig is not held", number));
   }
   const std::string because = std::exchange(because_, "");
+  const bool needed_operator = std::exchange(needs_operator_, false);
   auto written = write();
-  if (!written) because_ = because;
+  if (!written) {
+    because_ = because;
+    needs_operator_ = needed_operator;
+  }
   return written;
 }
 
@@ -116,12 +124,15 @@ Result<void> HoldLatch::write() {
   slot.version = ++version_;
   slot.number = number_;
   slot.is_powered = is_powered_ ? 1 : 0;
+  slot.may_clear_unattended = is_held() && !needs_operator_ ? 1 : 0;
   std::copy(because_.begin(), because_.end(), slot.because.begin());
   slot.checksum = checksum_of(slot);
+  is_on_disk_ = false;
   const off_t offset = slot.version % 2 == 0 ? 0 : kSlotDistance;
   if (::pwrite(file_.get(), &slot, sizeof(slot), offset) != static_cast<ssize_t>(sizeof(slot)))
     return io_error(path_, "cannot be written");
   if (::fdatasync(file_.get()) != 0) return io_error(path_, "cannot be written");
+  is_on_disk_ = true;
   return {};
 }
 

@@ -26,8 +26,12 @@ class HoldLatch {
   /// A line for a person; empty: not held.
   [[nodiscard]] const std::string& because() const { return because_; }
 
-  /// Holds the rig, in memory in any case; a second reason is added to the first. kIo: not on disk.
-  [[nodiscard]] Result<void> hold(const std::string& because);
+  /// Whether only an operator may clear the hold in force, also on a rig that moves nothing real.
+  [[nodiscard]] bool needs_operator() const { return needs_operator_; }
+
+  /// Holds the rig, in memory in any case; a second reason is added to the first, and one that is known is
+  /// not written again. kIo: not on disk.
+  [[nodiscard]] Result<void> hold(const std::string& because, bool needs_operator = true);
   /// Frees the rig. kInvalidArgument where another hold is in force than `number`; kIo: still held.
   [[nodiscard]] Result<void> clear(std::uint32_t number);
   /// Call before the driver is activated, and after it was deactivated. kIo: not on disk.
@@ -44,7 +48,9 @@ class HoldLatch {
   std::uint64_t version_ = 0;  // of the state; its parity is the slot
   std::uint32_t number_ = 0;   // of the last hold
   std::string because_;
+  bool needs_operator_ = false;
   bool is_powered_ = false;
+  bool is_on_disk_ = false;
 };
 
 }  // namespace tonus::rig

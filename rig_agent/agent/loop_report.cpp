@@ -26,7 +26,7 @@ std::vector<v1::FlightRecord> flight_record_parts(const control::FlightRecorder&
   const std::size_t cycles = recorder.size();
   const std::size_t parts = (cycles + kCyclesInPart - 1) / kCyclesInPart;
   std::vector<v1::FlightRecord> record(parts);
-  const std::string fault = cycles == 0 ? "" : fault_text(recorder.at(cycles - 1).faults);
+  const std::string fault = cycles == 0 ? "" : control::fault_text(recorder.at(cycles - 1).faults);
   for (std::size_t i = 0; i < parts; ++i) {
     v1::FlightRecord& part = record[i];
     part.part_id(id_of(fmt::format("flight_record/{}/{}", to_hex(rig), i)));

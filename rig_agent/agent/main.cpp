@@ -174,8 +174,8 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   health->set_warnings(warnings_of(rig->names(), rig->driver().capabilities()));
   runtime::run_loop(*notifier, stop, [&] {
     if (const std::string problem = watchdog ? watchdog->problem() : ""; !problem.empty())
-      agent.hold(problem);
-    if (const std::string doubled = health->other(); !doubled.empty()) agent.hold(doubled);
+      agent.hold(problem, true);
+    if (const std::string doubled = health->other(); !doubled.empty()) agent.hold(doubled, true);
     const auto due = std::min(agent.step(), report->step());
     const std::string why = agent.why_not_ready();
     health->set_state(why.empty(), state_line(why.empty() ? agent.activity() : why, loop_thread.refusal()));

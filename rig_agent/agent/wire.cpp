@@ -111,13 +111,4 @@ v1::TrialEnd to_wire(control::TrialOutcome outcome) {
   return v1::TRIAL_FAULTED;
 }
 
-std::string fault_text(control::FaultBits faults) {
-  std::string text;
-  for (const auto fault : control::kAllFaults) {
-    if ((faults & control::bit(fault)) == 0) continue;
-    text += (text.empty() ? "" : ", ") + std::string(control::fault_name(fault));
-  }
-  return text;
-}
-
 }  // namespace tonus::rig

@@ -46,7 +46,4 @@ struct RigNames {
 
 [[nodiscard]] v1::TrialEnd to_wire(control::TrialOutcome outcome);
 
-/// "workspace, speed"; empty for none.
-[[nodiscard]] std::string fault_text(control::FaultBits faults);
-
 }  // namespace tonus::rig

@@ -131,7 +131,7 @@ bool go_to(Bench& bench, Phase phase) {
   for (int i = 0; i < kLongestTrial && bench.state().phase != phase; ++i) {
     bench.step();
     if (bench.state().faults != 0)
-      throw std::runtime_error("a fault before the fault: " + names_of(bench.state().faults));
+      throw std::runtime_error("a fault before the fault: " + control::fault_text(bench.state().faults));
     if (bench.is_over()) return false;
   }
   const int longest = phase == Phase::kPerturbing ? 300 : 200;
@@ -191,15 +191,6 @@ control::FaultBits run_healthy_case(std::uint64_t seed) {
   Bench bench(seed);
   for (int i = 0; i < kLongestTrial && !bench.is_over(); ++i) bench.step();
   return bench.state().faults;
-}
-
-std::string names_of(control::FaultBits faults) {
-  std::string text;
-  for (const auto fault : control::kAllFaults) {
-    if ((faults & control::bit(fault)) != 0)
-      text += (text.empty() ? "" : ", ") + std::string(control::fault_name(fault));
-  }
-  return text;
 }
 
 }  // namespace tonus::testing

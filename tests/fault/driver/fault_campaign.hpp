@@ -28,7 +28,4 @@ struct FaultCase {
 /// Trials without any fault, drawn likewise; what the loop found all the same: 0 is right.
 [[nodiscard]] control::FaultBits run_healthy_case(std::uint64_t seed);
 
-/// "force_reversed, force".
-[[nodiscard]] std::string names_of(control::FaultBits faults);
-
 }  // namespace tonus::testing

@@ -60,7 +60,7 @@ int main(int argc, char** argv) {
     row.harmless += seen.was_harmless ? 1 : 0;
     if (seen.found != 0) {
       row.detection.push_back(seen.cycles_to_detection);
-      row.names.insert(names_of(seen.found));
+      row.names.insert(tonus::control::fault_text(seen.found));
     }
     row.way_beyond = std::max(row.way_beyond, seen.way_beyond);
     row.force_share = std::max(row.force_share, seen.force_share);
@@ -71,7 +71,7 @@ int main(int argc, char** argv) {
     if (is_verbose || is_bad) {
       std::printf("%s seed %lu, %s, phase %s: found %s after %d ms, %+.1f mm, force %.2f, under torque %d\n",
                   is_bad ? "BAD" : "ok", seed + static_cast<std::uint64_t>(i), name_of(seen.fault),
-                  tonus::control::phase_name(seen.phase), names_of(seen.found).c_str(),
+                  tonus::control::phase_name(seen.phase), tonus::control::fault_text(seen.found).c_str(),
                   seen.cycles_to_detection, 1000.0 * seen.way_beyond, seen.force_share,
                   seen.cycles_under_torque);
     }
@@ -80,7 +80,7 @@ int main(int argc, char** argv) {
       if (found != 0) {
         ++false_alarms;
         std::printf("FALSE ALARM seed %lu: %s\n", seed + static_cast<std::uint64_t>(i),
-                    names_of(found).c_str());
+                    tonus::control::fault_text(found).c_str());
       }
     }
   }

@@ -12,15 +12,6 @@
 namespace tonus::simulated {
 namespace {
 
-/// " workspace speed"; empty: none.
-std::string names_of(control::FaultBits faults) {
-  std::string names;
-  for (const auto fault : control::kAllFaults) {
-    if ((faults & control::bit(fault)) != 0) names += std::string(" ") + control::fault_name(fault);
-  }
-  return names;
-}
-
 constexpr int kDirections = 8;
 
 /// The loop and its driver, and every sample that it took.
@@ -53,7 +44,7 @@ class Rig {
       if (result.outcome == control::TrialOutcome::kCompleted) return result;
       return fail(ErrorCode::kUnavailable,
                   fmt::format("trial {}: {}{}", program.number, control::outcome_name(result.outcome),
-                              names_of(result.faults)));
+                              result.faults == 0 ? "" : ": " + control::fault_text(result.faults)));
     }
     return fail(ErrorCode::kTimeout, fmt::format("trial {}: no end after {} s", program.number, longest));
   }

@@ -3,6 +3,7 @@
 #include <fcntl.h>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
 #include <unistd.h>
 
 #include "tests/support/temporary_folder.hpp"
@@ -46,6 +47,30 @@ TEST_F(HoldLatchTest, AddsASecondReasonToTheFirst) {
   EXPECT_EQ(open().number(), 1u);
 }
 
+TEST_F(HoldLatchTest, NeedsAnOperatorOnceOneReasonDoes) {
+  HoldLatch latch = open();
+  ASSERT_TRUE(latch.hold("fault: force", false));
+  EXPECT_FALSE(open().needs_operator());
+  ASSERT_TRUE(latch.hold("stop by somebody"));
+  ASSERT_TRUE(latch.hold("fault: force", false));
+  EXPECT_TRUE(open().needs_operator()) << "also after a restart";
+  ASSERT_TRUE(latch.clear(1));
+  ASSERT_TRUE(latch.hold("fault: force", false));
+  EXPECT_FALSE(open().needs_operator()) << "a later hold has reasons of its own";
+}
+
+TEST_F(HoldLatchTest, WritesAReasonThatIsKnownOnce) {
+  const auto content = [this] {
+    std::ifstream file(path_, std::ios::binary);
+    return std::string(std::istreambuf_iterator<char>(file), {});
+  };
+  HoldLatch latch = open();
+  ASSERT_TRUE(latch.hold("fault: force"));
+  const std::string before = content();
+  ASSERT_TRUE(latch.hold("fault: force"));
+  EXPECT_EQ(content(), before);
+}
+
 TEST_F(HoldLatchTest, HoldsARigWhoseAgentEndedUnderPower) {
   ASSERT_TRUE(open().set_powered(true));
   EXPECT_EQ(open().because(), "the rig agent ended while the rig was under power");
@@ -80,6 +105,7 @@ TEST_F(HoldLatchTest, HoldsARigWhoseFileCannotBeRead) {
   HoldLatch latch = open();
   EXPECT_TRUE(latch.is_held());
   EXPECT_NE(latch.because().find("cannot be read"), std::string::npos);
+  EXPECT_TRUE(latch.needs_operator());
   ASSERT_TRUE(latch.clear(latch.number()));
   EXPECT_FALSE(open().is_held());
 }
