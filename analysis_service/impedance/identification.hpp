@@ -80,9 +80,6 @@ struct FitCheck {
   bool is_passed = false;
 };
 
-/// Names as files have them: explained_share, coherence, halves, ...
-[[nodiscard]] std::string_view name_of(FitTest test);
-
 /// Names as files have them: too_few_trials, single_direction, ... ; ok, undetermined, suspect.
 [[nodiscard]] std::string_view name_of(Reason reason);
 [[nodiscard]] std::string_view name_of(Status status);

@@ -121,38 +121,6 @@ std::string_view name_of(Reason reason) {
   return "unknown";
 }
 
-std::string_view name_of(FitTest test) {
-  switch (test) {
-    case FitTest::kExplainedShare:
-      return "explained_share";
-    case FitTest::kCoherence:
-      return "coherence";
-    case FitTest::kHalves:
-      return "halves";
-    case FitTest::kSteadiness:
-      return "steadiness";
-    case FitTest::kBands:
-      return "bands";
-    case FitTest::kLag:
-      return "lag";
-    case FitTest::kUnits:
-      return "units";
-    case FitTest::kFriction:
-      return "friction";
-    case FitTest::kHardening:
-      return "hardening";
-    case FitTest::kPosition:
-      return "position";
-    case FitTest::kClipping:
-      return "clipping";
-    case FitTest::kHeldSamples:
-      return "held_samples";
-    case FitTest::kWidth:
-      return "width";
-  }
-  return "unknown";
-}
-
 void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis& diagnosis) {
   if (estimate.checks.empty() && !failure) check_fit(estimate, diagnosis);
   const auto add = [&](bool is_so, Reason reason) {

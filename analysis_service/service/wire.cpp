@@ -143,8 +143,9 @@ v1::FitTest to_wire_test(impedance::FitTest test) {
     case FitTest::kCoherence:
       return v1::FIT_COHERENCE;
     case FitTest::kHalves:
-    case FitTest::kSteadiness:
       return v1::FIT_HALVES;
+    case FitTest::kSteadiness:
+      return v1::FIT_STEADINESS;
     case FitTest::kBands:
       return v1::FIT_BANDS;
     case FitTest::kLag:

@@ -93,7 +93,7 @@ json known_or_null(const std::array<double, 2>& values, unsigned axes) {
 json checks(const v1::Estimate& e) {
   json all = json::array();
   for (const v1::FitCheck& check : e.checks()) {
-    all.push_back({{"test", test_name(check.test())},
+    all.push_back({{"test", v1::test_name(check.test())},
                    {"value", known_or_null(check.value())},
                    {"limit", known_or_null(check.limit())},
                    {"passed", check.passed()}});
@@ -219,40 +219,6 @@ json as_json(const std::vector<study::LoadedPosture>& postures) {
                    {"sets", sets}});
   }
   return all;
-}
-
-const char* test_name(v1::FitTest test) {
-  switch (test) {
-    case v1::FIT_EXPLAINED_SHARE:
-      return "explained_share";
-    case v1::FIT_COHERENCE:
-      return "coherence";
-    case v1::FIT_WHITENESS:
-      return "whiteness";
-    case v1::FIT_HALVES:
-      return "halves";
-    case v1::FIT_BANDS:
-      return "bands";
-    case v1::FIT_METHODS:
-      return "methods";
-    case v1::FIT_LAG:
-      return "lag";
-    case v1::FIT_UNITS:
-      return "units";
-    case v1::FIT_FRICTION:
-      return "friction";
-    case v1::FIT_HARDENING:
-      return "hardening";
-    case v1::FIT_POSITION:
-      return "position";
-    case v1::FIT_CLIPPING:
-      return "clipping";
-    case v1::FIT_HELD_SAMPLES:
-      return "held_samples";
-    case v1::FIT_WIDTH:
-      return "width";
-  }
-  return "unknown";
 }
 
 std::string as_text(const v1::Estimate& e, const Truth& truth) {

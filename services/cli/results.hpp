@@ -44,7 +44,4 @@ struct ConditionResult {
 /// predicted spring centres, modulation of K and B. Units in the keys.
 [[nodiscard]] nlohmann::json as_json(const std::vector<study::LoadedPosture>& postures);
 
-/// explained_share, coherence, ... as in the names of FitTest.
-[[nodiscard]] const char* test_name(v1::FitTest test);
-
 }  // namespace tonus::cli

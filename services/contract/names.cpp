@@ -92,4 +92,38 @@ const char* status_name(EstimateStatus status) {
   return "unknown";
 }
 
+const char* test_name(FitTest test) {
+  switch (test) {
+    case FIT_EXPLAINED_SHARE:
+      return "explained_share";
+    case FIT_COHERENCE:
+      return "coherence";
+    case FIT_HALVES:
+      return "halves";
+    case FIT_STEADINESS:
+      return "steadiness";
+    case FIT_BANDS:
+      return "bands";
+    case FIT_REFLEX:
+      return "reflex";
+    case FIT_LAG:
+      return "lag";
+    case FIT_UNITS:
+      return "units";
+    case FIT_FRICTION:
+      return "friction";
+    case FIT_HARDENING:
+      return "hardening";
+    case FIT_POSITION:
+      return "position";
+    case FIT_CLIPPING:
+      return "clipping";
+    case FIT_HELD_SAMPLES:
+      return "held_samples";
+    case FIT_WIDTH:
+      return "width";
+  }
+  return "unknown";
+}
+
 }  // namespace tonus::v1

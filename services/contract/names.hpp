@@ -24,4 +24,7 @@ namespace tonus::v1 {
 /// "ok", "undetermined" or "suspect".
 [[nodiscard]] const char* status_name(EstimateStatus status);
 
+/// "explained_share", "coherence", "halves", ... as files have them.
+[[nodiscard]] const char* test_name(FitTest test);
+
 }  // namespace tonus::v1

@@ -58,10 +58,10 @@ export type EstimateStatus = (typeof EstimateStatus)[keyof typeof EstimateStatus
 export const FitTest = {
   FIT_EXPLAINED_SHARE: 0,
   FIT_COHERENCE: 1,
-  FIT_WHITENESS: 2,
+  FIT_STEADINESS: 2,
   FIT_HALVES: 3,
   FIT_BANDS: 4,
-  FIT_METHODS: 5,
+  FIT_REFLEX: 5,
   FIT_LAG: 6,
   FIT_UNITS: 7,
   FIT_FRICTION: 8,
