@@ -34,6 +34,12 @@ TEST(Names, EveryPhaseEndReasonAndStatusHasANameOfItsOwn) {
     states.insert(status_name(static_cast<EstimateStatus>(status)));
   EXPECT_EQ(states.size(), static_cast<std::size_t>(ESTIMATE_SUSPECT) + 1);
   EXPECT_EQ(states.count("unknown"), 0U);
+
+  std::set<std::string> tests;
+  for (unsigned test = FIT_EXPLAINED_SHARE; test <= FIT_WIDTH; ++test)
+    tests.insert(test_name(static_cast<FitTest>(test)));
+  EXPECT_EQ(tests.size(), static_cast<std::size_t>(FIT_WIDTH) + 1);
+  EXPECT_EQ(tests.count("unknown"), 0U);
 }
 
 /// The names that names.ts gives the constants that begin with `prefix`, in the order of their numbers.
