@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "idl/topics.hpp"
+#include "rig_agent/control/fault_text.hpp"
 #include "rig_agent/control/validation.hpp"
 #include "services/runtime/drain.hpp"
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rig_agent/agent/agent.hpp"
+#include "rig_agent/control/fault_text.hpp"
 #include "services/runtime/drain.hpp"
 
 namespace tonus::rig {

@@ -8,6 +8,7 @@
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
 #include "rig_agent/agent/wire.hpp"
+#include "rig_agent/control/fault_text.hpp"
 
 namespace tonus::rig {
 namespace {

@@ -1,7 +1,6 @@
 #pragma once
 
 #include <cstdint>
-#include <string>
 
 namespace tonus::control {
 
@@ -50,8 +49,5 @@ inline constexpr Fault kAllFaults[] = {
     Fault::kOverrun,     Fault::kEmergencyStop,   Fault::kDriver,       Fault::kHeld,
     Fault::kWatchdog,    Fault::kOverrunRate,     Fault::kEncoderStill, Fault::kEncoderReversed,
     Fault::kForceStill,  Fault::kForceReversed,   Fault::kEnergy};
-
-/// "workspace, speed"; empty for none. Not realtime.
-[[nodiscard]] std::string fault_text(FaultBits faults);
 
 }  // namespace tonus::control

@@ -48,15 +48,6 @@ const char* fault_name(Fault fault) noexcept {
   return "unknown";
 }
 
-std::string fault_text(FaultBits faults) {
-  std::string text;
-  for (const auto fault : kAllFaults) {
-    if ((faults & bit(fault)) == 0) continue;
-    text += (text.empty() ? "" : ", ") + std::string(fault_name(fault));
-  }
-  return text;
-}
-
 const char* phase_name(Phase phase) noexcept {
   switch (phase) {
     case Phase::kIdle:

@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "rig_agent/control/fault_text.hpp"
 #include "rig_agent/control/rig_loop.hpp"
 #include "rig_agent/control/validation.hpp"
 #include "services/simulation/profile.hpp"

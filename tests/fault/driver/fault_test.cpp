@@ -1,6 +1,7 @@
 // A slice of device_fault_campaign.
 #include <gtest/gtest.h>
 
+#include "rig_agent/control/fault_text.hpp"
 #include "tests/fault/driver/fault_campaign.hpp"
 
 namespace tonus::testing {

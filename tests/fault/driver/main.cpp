@@ -7,6 +7,7 @@
 #include <set>
 #include <vector>
 
+#include "rig_agent/control/fault_text.hpp"
 #include "tests/fault/driver/fault_campaign.hpp"
 
 namespace tonus::testing {

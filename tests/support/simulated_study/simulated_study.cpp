@@ -5,6 +5,7 @@
 #include <numbers>
 #include <spdlog/fmt/fmt.h>
 
+#include "rig_agent/control/fault_text.hpp"
 #include "rig_agent/control/rig_loop.hpp"
 #include "rig_agent/control/validation.hpp"
 #include "rig_agent/drivers/simulated.hpp"

@@ -10,8 +10,8 @@ namespace {
 
 // The files of the realtime core. What starts and checks it (validation, realtime_setup) runs before the
 // loop.
-const std::vector<std::string> kNotRealtime = {"validation.hpp", "validation.cpp", "realtime_setup.hpp",
-                                               "realtime_setup.cpp"};
+const std::vector<std::string> kNotRealtime = {"fault_text.hpp", "fault_text.cpp",     "validation.hpp",
+                                               "validation.cpp", "realtime_setup.hpp", "realtime_setup.cpp"};
 
 const std::vector<std::string> kForbidden = {
     "string",  "string_view", "mutex",    "shared_mutex",  "condition_variable",
