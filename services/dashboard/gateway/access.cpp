@@ -1,8 +1,11 @@
 #include "services/dashboard/gateway/access.hpp"
 
 #include <algorithm>
+#include <array>
 #include <cctype>
 #include <cstring>
+#include <openssl/crypto.h>
+#include <openssl/sha.h>
 #include <spdlog/fmt/fmt.h>
 #include <sys/stat.h>
 
@@ -124,10 +127,19 @@ std::variant<Role, Refusal> Access::admit(const Visit& visit) const {
   if (visit.authorization.starts_with(kBearer))
     given = std::string_view(visit.authorization).substr(kBearer.size());
   if (given.empty()) return Refusal{401, "a token is needed"};
-  if (is_among(tokens_.operate, given)) return Role::kOperate;
-  if (is_among(tokens_.view, given)) return Role::kView;
+  if (const auto role = role_of(given)) return *role;
   return Refusal{401, "the token is not known"};
 }
+
+std::optional<Role> Access::role_of(std::string_view token) const {
+  if (!is_token(token)) return std::nullopt;
+  const bool operates = is_among(tokens_.operate, token);
+  const bool views = is_among(tokens_.view, token);
+  if (operates) return Role::kOperate;
+  return views ? std::optional(Role::kView) : std::nullopt;
+}
+
+bool Access::knows(std::string_view token) const { return role_of(token).has_value(); }
 
 bool Access::is_origin_good(const Visit& visit) const {
   if (visit.origin.empty()) return true;
@@ -144,11 +156,15 @@ bool is_loopback_name(std::string_view host) {
 }
 
 bool is_same_secret(std::string_view a, std::string_view b) {
-  if (a.size() != b.size()) return false;
-  unsigned difference = 0;
-  for (std::size_t i = 0; i < a.size(); ++i)
-    difference |= static_cast<unsigned>(static_cast<unsigned char>(a[i]) ^ static_cast<unsigned char>(b[i]));
-  return difference == 0;
+  using Digest = std::array<unsigned char, SHA256_DIGEST_LENGTH>;
+  const auto digest = [](std::string_view text) {
+    Digest made{};
+    SHA256(reinterpret_cast<const unsigned char*>(text.data()), text.size(), made.data());
+    return made;
+  };
+  const Digest of_a = digest(a);
+  const Digest of_b = digest(b);
+  return CRYPTO_memcmp(of_a.data(), of_b.data(), of_a.size()) == 0;
 }
 
 std::string cookie_value(std::string_view header, std::string_view name) {

@@ -53,9 +53,13 @@ class Access {
   /// machine's own names, so that no page of elsewhere reaches the gateway by a name it has made up.
   [[nodiscard]] std::variant<Role, Refusal> admit(const Visit& visit) const;
 
+  /// Whether it is one of the tokens; false for everything that is not of a token's form.
+  [[nodiscard]] bool knows(std::string_view token) const;
+
   [[nodiscard]] bool needs_token() const { return !tokens_.is_empty(); }
 
  private:
+  [[nodiscard]] std::optional<Role> role_of(std::string_view token) const;
   [[nodiscard]] bool is_origin_good(const Visit& visit) const;
   Tokens tokens_;
   std::vector<std::string> origins_;
@@ -64,7 +68,8 @@ class Access {
 /// 127.0.0.0/8, ::1 or localhost; with or without a port.
 [[nodiscard]] bool is_loopback_name(std::string_view host);
 
-/// Whether two texts are the same, in a time that depends on their lengths only.
+/// Whether two texts are the same, in a time that does not depend on where they differ, nor on whether their
+/// lengths do.
 [[nodiscard]] bool is_same_secret(std::string_view a, std::string_view b);
 
 /// The value of `name` in a header "Cookie"; empty: not there.

@@ -18,7 +18,9 @@ using beast::error_code;
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 
-constexpr std::chrono::seconds kPatience{20};  // for one request and its answer
+constexpr std::chrono::seconds kPatience{20};     // for one answer
+constexpr std::size_t kRequestBytes = 64 * 1024;  // on the wire, TLS and the framing of a body included
+constexpr char kOnlyTls[] = "max-age=31536000";   // RFC 6797
 constexpr std::uint32_t kHeaderLimit = 16 * 1024;
 constexpr std::uint64_t kBodyLimit = 1024;
 constexpr std::size_t kMaximumReadingJobs = 32;
@@ -60,13 +62,11 @@ template <typename Stream>
 class Connection final : public std::enable_shared_from_this<Connection<Stream>> {
  public:
   Connection(ServerCore& core, Stream&& stream, std::string peer)
-      : core_(core), stream_(std::move(stream)), peer_(std::move(peer)) {
-    ++core_.connections;
-  }
-  ~Connection() { --core_.connections; }
+      : core_(core), stream_(std::move(stream)), peer_(std::move(peer)) {}
 
-  void start() {
-    beast::get_lowest_layer(stream_).expires_after(kPatience);
+  void start(Seat seat) {
+    seat_ = std::move(seat);
+    beast::get_lowest_layer(stream_).expires_after(core_.options.request_limit);
     if constexpr (is_tls()) {
       stream_.async_handshake(asio::ssl::stream_base::server,
                               [self = this->shared_from_this()](error_code error) {
@@ -77,14 +77,20 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     }
   }
 
+  /// Makes room for another connection.
+  void give_way() {
+    core_.hub.refuse(Refused::kConnection, peer_, "had shown no token, and gave way to another connection");
+    beast::get_lowest_layer(stream_).close();
+  }
+
  private:
-  static constexpr bool is_tls() { return !std::is_same_v<Stream, beast::tcp_stream>; }
+  static constexpr bool is_tls() { return std::is_same_v<Stream, TlsStream>; }
 
   void read() {
+    beast::get_lowest_layer(stream_).rate_policy().renew(kRequestBytes);
     parser_.emplace();
     parser_->header_limit(kHeaderLimit);
     parser_->body_limit(kBodyLimit);
-    beast::get_lowest_layer(stream_).expires_after(kPatience);
     http::async_read(
         stream_, buffer_, *parser_,
         [self = this->shared_from_this()](error_code error, std::size_t /*bytes*/) { self->on_read(error); });
@@ -135,6 +141,11 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
                      error_body(refusal->reason));
     }
     const Role role = std::get<Role>(admitted);
+    if (!seat_.set_standing(role == Role::kOperate ? Standing::kOperator : Standing::kViewer)) {
+      const std::string why = "as many viewers are connected as are allowed";
+      core_.hub.refuse(Refused::kConnection, peer_, why);
+      return respond(http::status::service_unavailable, "application/json", error_body(why), true);
+    }
     if (is_upgrade) return upgrade(role);
     if (where == "/api/role")
       return respond(http::status::ok, "application/json", nlohmann::json{{"role", role_name(role)}}.dump());
@@ -162,7 +173,8 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       core_.hub.refuse(Refused::kConnection, peer_, why);
       return respond(http::status::bad_request, "application/json", error_body(why));
     }
-    std::make_shared<WebSocketClient<Stream>>(core_, std::move(stream_), role, peer_)->accept(request_);
+    std::make_shared<WebSocketClient<Stream>>(core_, std::move(stream_), role, peer_, std::move(seat_))
+        ->accept(request_);
   }
 
   /// Archive and reports: from a disk, which may take its time, in the reading thread.
@@ -190,7 +202,8 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     response_.set("Referrer-Policy", "no-referrer");
     response_.set("Content-Security-Policy",
                   is_report_ ? kReportPolicy : content_policy(text_of(request_[http::field::host])));
-    if (const auto token = query_value(target(), "token"); is_report_ && !token.empty()) {
+    if constexpr (is_tls()) response_.set("Strict-Transport-Security", kOnlyTls);
+    if (const auto token = query_value(target(), "token"); is_report_ && core_.access.knows(token)) {
       response_.set(http::field::set_cookie,
                     fmt::format("{}={}; Path={}; HttpOnly; SameSite=Strict{}", kReportCookie, token,
                                 kReportPath, is_tls() ? "; Secure" : ""));
@@ -205,6 +218,8 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     beast::get_lowest_layer(stream_).expires_after(kPatience);
     http::async_write(stream_, response_, [self = this->shared_from_this()](error_code error, std::size_t) {
       if (error || !self->response_.keep_alive()) return self->close();
+      if (!self->seat_.set_standing(Standing::kUnproven)) return self->close();
+      beast::get_lowest_layer(self->stream_).expires_after(self->core_.options.request_limit);
       self->read();
     });
   }
@@ -217,6 +232,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   ServerCore& core_;
   Stream stream_;
   std::string peer_;
+  Seat seat_;
   beast::flat_buffer buffer_;
   std::optional<http::request_parser<http::string_body>> parser_;
   Request request_;
@@ -225,18 +241,34 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   bool is_report_ = false;
 };
 
+template <typename Stream>
+void seat(ServerCore& core, Stream&& stream, const std::string& address, const std::string& peer) {
+  const auto connection = std::make_shared<Connection<Stream>>(core, std::forward<Stream>(stream), peer);
+  const std::weak_ptr<Connection<Stream>> weak = connection;
+  const auto arrival = core.table.arrive(counted_address(address), [weak] {
+    if (const auto found = weak.lock()) found->give_way();
+  });
+  if (arrival.gives_way) arrival.gives_way();
+  if (!arrival.number) {
+    core.hub.refuse(Refused::kConnection, peer,
+                    fmt::format("{} connections are open, no more are allowed", core.table.size()));
+    return;
+  }
+  connection->start(Seat(core, *arrival.number));
+}
+
 }  // namespace
 
 void serve(ServerCore& core, asio::ip::tcp::socket socket) {
   error_code ignored;
   const auto remote = socket.remote_endpoint(ignored);
-  const auto peer = fmt::format("{}:{}", remote.address().to_string(), remote.port());
-  beast::tcp_stream stream(std::move(socket));
+  const auto address = remote.address().to_string();
+  const auto peer = fmt::format("{}:{}", address, remote.port());
+  PlainStream stream(std::move(socket));
   if (core.tls) {
-    using Tls = beast::ssl_stream<beast::tcp_stream>;
-    std::make_shared<Connection<Tls>>(core, Tls(std::move(stream), *core.tls), peer)->start();
+    seat(core, TlsStream(std::move(stream), *core.tls), address, peer);
   } else {
-    std::make_shared<Connection<beast::tcp_stream>>(core, std::move(stream), peer)->start();
+    seat(core, std::move(stream), address, peer);
   }
 }
 

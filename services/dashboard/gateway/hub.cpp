@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <spdlog/spdlog.h>
 
+#include "services/core/text.hpp"
+
 namespace tonus::dashboard {
 namespace {
 
@@ -221,7 +223,8 @@ void Hub::end(Client& client, Refused kind, CloseCode code, const std::string& r
 void Hub::refuse(Refused kind, const std::string& peer, const std::string& reason) {
   const auto index = static_cast<std::size_t>(kind);
   ++refused_[index];
-  if (log_lines_.spend(clock_.now())) spdlog::warn("refused {} ({}): {}", peer, kRefusedNames[index], reason);
+  if (log_lines_.spend(clock_.now()))
+    spdlog::warn("refused {} ({}): {}", shown(peer), kRefusedNames[index], shown(reason));
 }
 
 const OfferedTopic* Hub::topic(std::uint32_t channel) const {

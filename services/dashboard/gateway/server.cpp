@@ -66,15 +66,10 @@ void accept_next(ServerCore& core) {
       });
       return;
     }
-    if (core.connections >= core.options.maximum_connections) {
-      core.hub.refuse(Refused::kConnection, "a connection",
-                      fmt::format("{} connections are open, no more are allowed", core.connections));
-    } else {
-      error_code ignored;
-      socket.set_option(tcp::no_delay(true), ignored);
-      socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
-      serve(core, std::move(socket));
-    }
+    error_code ignored;
+    socket.set_option(tcp::no_delay(true), ignored);
+    socket.set_option(asio::socket_base::send_buffer_size(kSendBufferBytes), ignored);
+    serve(core, std::move(socket));
     accept_next(core);
   });
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <cstdint>
 #include <functional>
 #include <memory>
@@ -10,6 +11,7 @@
 #include "services/core/clock.hpp"
 #include "services/core/result.hpp"
 #include "services/dashboard/gateway/access.hpp"
+#include "services/dashboard/gateway/connection_table.hpp"
 #include "services/dashboard/gateway/http_api.hpp"
 #include "services/dashboard/gateway/hub.hpp"
 #include "services/dashboard/gateway/inbox.hpp"
@@ -29,7 +31,9 @@ struct ServerOptions {
   ListenAddress listen;
   std::string certificate;  ///< PEM files; both or none.
   std::string key;
-  std::size_t maximum_connections = 128;
+  ConnectionTable::Limits connections;
+  /// From the connection's begin, TLS included, or from the last answer, to a whole request.
+  std::chrono::milliseconds request_limit{5000};
   std::size_t maximum_frame_bytes = 256 * 1024;  ///< From a client.
   ApiFolders folders;
   std::string info_json;  ///< For /api/gateway, which needs no token.

@@ -23,12 +23,14 @@ class WebSocketClient final : public ClientLink,
  public:
   using Request = boost::beast::http::request<boost::beast::http::string_body>;
 
-  WebSocketClient(ServerCore& core, Stream&& stream, Role role, std::string peer)
-      : core_(core), stream_(std::move(stream)), last_resort_(core.io), role_(role), peer_(std::move(peer)) {
-    ++core_.connections;
-  }
+  WebSocketClient(ServerCore& core, Stream&& stream, Role role, std::string peer, Seat seat)
+      : core_(core),
+        seat_(std::move(seat)),
+        stream_(std::move(stream)),
+        last_resort_(core.io),
+        role_(role),
+        peer_(std::move(peer)) {}
   ~WebSocketClient() override {
-    --core_.connections;
     if (id_ == 0) return;
     core_.hub.leave(id_);
     core_.wants_changed(core_.hub);
@@ -41,10 +43,14 @@ class WebSocketClient final : public ClientLink,
     stream_.set_option(websocket::stream_base::timeout{kHandshakeLimit, kSilenceLimit, true});
     stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
       response.set(beast::http::field::sec_websocket_protocol, kSubprotocol);
+      if constexpr (std::is_same_v<Stream, TlsStream>)
+        response.set("Strict-Transport-Security", "max-age=31536000");
     }));
     stream_.read_message_max(core_.options.maximum_frame_bytes);
     stream_.auto_fragment(false);
-    stream_.control_callback([this](websocket::frame_type, beast::string_view) {
+    bound_reading();
+    stream_.control_callback([this](websocket::frame_type, beast::string_view payload) {
+      budget().add(payload.size() + kFrameOverhead);
       if (!pings_.spend(core_.clock.now())) end(CloseCode::kPolicy, "a flood of control frames");
     });
     stream_.async_accept(request, [self = this->shared_from_this()](beast::error_code error) {
@@ -76,12 +82,28 @@ class WebSocketClient final : public ClientLink,
   }
 
  private:
+  static constexpr std::size_t kFrameOverhead = 128;  // its header, and that of a TLS record of its own
+  static constexpr std::size_t kFramingBytes = 64 * 1024;
   static constexpr std::chrono::seconds kHandshakeLimit{10};
   static constexpr std::chrono::seconds kSilenceLimit{30};
   static constexpr std::chrono::seconds kCloseLimit{5};
   static constexpr std::size_t kLongestReason = 123;  // RFC 6455, 5.5
 
+  [[nodiscard]] ReadBudget& budget() { return boost::beast::get_lowest_layer(stream_).rate_policy(); }
+
+  /// A message of very many fragments, tiny or empty, is none that a client needs: the connection ends. No
+  /// farewell, for nothing more is read.
+  void bound_reading() {
+    budget().when_spent([weak = this->weak_from_this()] {
+      const auto self = weak.lock();
+      if (!self) return;
+      self->core_.hub.refuse(Refused::kOversized, self->peer_, "a message in too many fragments");
+      boost::beast::get_lowest_layer(self->stream_).close();
+    });
+  }
+
   void read() {
+    budget().renew(core_.options.maximum_frame_bytes + kFramingBytes);
     stream_.async_read(
         incoming_, [self = this->shared_from_this()](boost::beast::error_code error, std::size_t /*bytes*/) {
           self->on_read(error);
@@ -143,6 +165,7 @@ class WebSocketClient final : public ClientLink,
   }
 
   ServerCore& core_;
+  Seat seat_;
   boost::beast::websocket::stream<Stream> stream_;
   boost::asio::steady_timer last_resort_;
   boost::beast::flat_buffer incoming_;

@@ -21,6 +21,16 @@ int status_of(const std::variant<Role, Refusal>& admitted) {
   return refusal == nullptr ? 200 : refusal->http_status;
 }
 
+TEST(Access, KnowsItsTokensAndNothingThatIsNotOfATokensForm) {
+  const Access access = with_tokens();
+  EXPECT_TRUE(access.knows(kViewToken));
+  EXPECT_TRUE(access.knows(kOperateToken));
+  for (const std::string& token : {std::string(), kViewToken + "\r\nX: y", kViewToken + "; x",
+                                   kViewToken + '\0', kViewToken.substr(1), std::string(1 << 20, 'x')})
+    EXPECT_FALSE(access.knows(token));
+  EXPECT_FALSE(Access({}, {}).knows("")) << "where no token is needed, none is known";
+}
+
 TEST(Access, WithoutTokensWhoeverIsOnThisMachineIsAnOperator) {
   const Access access({}, {});
   for (const char* host : {"localhost:8765", "127.0.0.1:8765", "[::1]:8765", "127.1.2.3"}) {

@@ -1,8 +1,10 @@
 #include "tests/unit/services/dashboard/gateway_fixture.hpp"
 
+#include <array>
 #include <boost/asio/read.hpp>
 #include <boost/asio/write.hpp>
 #include <charconv>
+#include <functional>
 
 namespace tonus::dashboard::testing {
 namespace {
@@ -72,7 +74,7 @@ void Gateway::put(std::string_view topic, std::uint8_t key, std::size_t bytes) {
              topic == "rig/samples");
 }
 
-Client::Client(std::uint16_t port) : port_(port) {}
+Client::Client(std::uint16_t port, std::string source) : port_(port), source_(std::move(source)) {}
 
 template <typename Begin>
 beast::error_code Client::wait(const Begin& begin) {
@@ -96,6 +98,9 @@ beast::error_code Client::wait(const Begin& begin) {
 }
 
 int Client::open(const Headers& headers) {
+  auto& socket = ws_.next_layer().socket();
+  socket.open(tcp::v4());
+  socket.bind({asio::ip::make_address(source_), 0});
   if (wait([&](auto done) { ws_.next_layer().async_connect(endpoint(port_), done); })) return 0;
   ws_.set_option(websocket::stream_base::decorator([&](websocket::request_type& request) {
     set(request, headers);
@@ -117,6 +122,10 @@ void Client::send_text(const std::string& text) {
 void Client::send_binary(const std::string& bytes) {
   ws_.binary(true);
   (void)wait([&](auto done) { ws_.async_write(asio::buffer(bytes), done); });
+}
+
+void Client::send_raw(const std::string& bytes) {
+  (void)wait([&](auto done) { asio::async_write(ws_.next_layer(), asio::buffer(bytes), done); });
 }
 
 void Client::subscribe(std::uint32_t id, std::uint32_t channel) {
@@ -169,6 +178,29 @@ std::string answer_to(std::uint16_t port, const std::string& bytes) {
   while (!is_over && io.run_one_until(deadline) > 0) {
   }
   return answer;
+}
+
+bool is_closed_while_dripping(std::uint16_t port, const std::string& begin) {
+  asio::io_context io;
+  tcp::socket socket(io);
+  socket.connect(endpoint(port));
+  beast::error_code error;
+  asio::write(socket, asio::buffer(begin), error);
+  bool is_closed = false;
+  std::array<char, 256> answer{};
+  const std::function<void()> read = [&] {
+    socket.async_read_some(asio::buffer(answer), [&](beast::error_code ended, std::size_t) {
+      is_closed = static_cast<bool>(ended);
+      if (!is_closed) read();
+    });
+  };
+  read();
+  const auto deadline = std::chrono::steady_clock::now() + kLimit;
+  while (!is_closed && std::chrono::steady_clock::now() < deadline) {
+    (void)io.run_one_for(std::chrono::milliseconds(10));
+    if (!begin.empty()) asio::write(socket, asio::buffer("a", 1), error);
+  }
+  return is_closed;
 }
 
 }  // namespace tonus::dashboard::testing

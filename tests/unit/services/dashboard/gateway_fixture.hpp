@@ -61,12 +61,15 @@ struct Headers {
 /// A WebSocket's client that waits for everything, up to kLimit.
 class Client {
  public:
-  explicit Client(std::uint16_t port);
+  /// `source`: this machine's address that it comes from.
+  explicit Client(std::uint16_t port, std::string source = "127.0.0.1");
 
   /// HTTP status: 101 where the WebSocket stands.
   [[nodiscard]] int open(const Headers& headers = {});
   void send_text(const std::string& text);
   void send_binary(const std::string& bytes);
+  /// Bytes as they are, below the WebSocket; until the gateway closes.
+  void send_raw(const std::string& bytes);
   void subscribe(std::uint32_t id, std::uint32_t channel);
 
   /// The next message; none when the connection has ended, see close_code().
@@ -85,6 +88,7 @@ class Client {
   asio::io_context io_;
   websocket::stream<beast::tcp_stream> ws_{io_};
   std::uint16_t port_;
+  std::string source_;
   int close_code_ = 0;
 };
 
@@ -93,5 +97,9 @@ class Client {
 
 /// What the server answers to these bytes, until it closes or kLimit is over.
 [[nodiscard]] std::string answer_to(std::uint16_t port, const std::string& bytes);
+
+/// Sends `begin`, and one byte more as soon as each has gone, slowly. Whether the gateway ends it within
+/// kLimit.
+[[nodiscard]] bool is_closed_while_dripping(std::uint16_t port, const std::string& begin);
 
 }  // namespace tonus::dashboard::testing

@@ -54,6 +54,34 @@ TEST_F(TlsTest, ServesOverTlsToWhoTrustsItsCertificate) {
   EXPECT_THAT(beast::buffers_to_string(buffer.data()), HasSubstr("serverInfo"));
 }
 
+TEST_F(TlsTest, TellsBrowsersToComeByTlsOnly) {
+  Gateway gateway(Access({}, {}), with_certificate(certificate(), key()));
+  asio::io_context io;
+  asio::ssl::context trust(asio::ssl::context::tls_client);
+  for (const char* target : {"/", "/api/gateway", "/api/sessions", "/none"}) {
+    beast::ssl_stream<beast::tcp_stream> stream(io, trust);
+    beast::get_lowest_layer(stream).connect(
+        asio::ip::tcp::endpoint(asio::ip::make_address("127.0.0.1"), gateway.port()));
+    stream.handshake(asio::ssl::stream_base::client);
+    http::request<http::empty_body> request(http::verb::get, target, 11);
+    request.set(http::field::host, "localhost");
+    http::write(stream, request);
+    beast::flat_buffer buffer;
+    http::response<http::string_body> response;
+    http::read(stream, buffer, response);
+    EXPECT_THAT(std::string(response["Strict-Transport-Security"]), HasSubstr("max-age=")) << target;
+  }
+}
+
+TEST_F(TlsTest, AHandshakeThatNeverEndsIsEnded) {
+  auto options = with_certificate(certificate(), key());
+  options.request_limit = std::chrono::milliseconds(300);
+  Gateway gateway(Access({}, {}), options);
+  EXPECT_TRUE(is_closed_while_dripping(gateway.port(), ""));
+  EXPECT_TRUE(is_closed_while_dripping(gateway.port(), std::string("\x16\x03\x01\x20", 4)))
+      << "the begin of a ClientHello of 8 kB";
+}
+
 TEST_F(TlsTest, PlainHttpGetsNoAnswerFromATlsPort) {
   Gateway gateway(Access({}, {}), with_certificate(certificate(), key()));
   EXPECT_EQ(answer_to(gateway.port(), "GET / HTTP/1.1\r\nHost: localhost\r\n\r\n").find("HTTP/1.1"),
