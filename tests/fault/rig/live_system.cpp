@@ -90,6 +90,12 @@ int LiveSystem::operate(const std::string& command) {
   return process.wait(kStartLimit);
 }
 
+int LiveSystem::verify_session() {
+  Process process(program("tonus"), {"verify", "--archive", store_file().string()},
+                  folder_ / ("verify" + std::to_string(++commands_)));
+  return process.wait(kStartLimit);
+}
+
 void LiveSystem::start_session(int directions) {
   std::ofstream(folder_ / "protocol.toml") << fmt::format(kProtocol, directions);
   run_ = std::make_unique<Process>(
