@@ -90,10 +90,11 @@ int LiveSystem::operate(const std::string& command) {
   return process.wait(kStartLimit);
 }
 
-int LiveSystem::verify_session() {
+std::string LiveSystem::verify_session() {
   Process process(program("tonus"), {"verify", "--archive", store_file().string()},
                   folder_ / ("verify" + std::to_string(++commands_)));
-  return process.wait(kStartLimit);
+  const int code = process.wait(kStartLimit);
+  return code == 0 ? std::string() : fmt::format("`tonus verify` ended with {}:\n{}", code, process.output());
 }
 
 void LiveSystem::start_session(int directions) {

@@ -136,6 +136,23 @@ class Run {
                                 std::chrono::seconds(30));
   }
 
+  static std::string trials_of(const store::Session& session) {
+    std::string text;
+    for (const auto& trial : session.trials) {
+      const std::string outcome =
+          trial.outcome
+              ? fmt::format("{} {}", v1::end_name(trial.outcome->value.end()), trial.outcome->value.detail())
+              : "no outcome";
+      const std::string verdict =
+          trial.verdict
+              ? (trial.verdict->value.is_valid() ? "valid" : "not valid: " + trial.verdict->value.detail())
+              : "no verdict";
+      text += fmt::format("attempt {}: {}; {}; {}\n", trial.attempt,
+                          trial.command ? "commanded" : "no command", outcome, verdict);
+    }
+    return text;
+  }
+
   void check_archive() {
     std::string missing;
     const auto is_whole = [&] { return (missing = missing_samples(system_.store_file())).empty(); };
@@ -152,8 +169,8 @@ class Run {
           fmt::format("{} of {} planned trials are counted\n", counted.size(), session.record.planned_trials);
     for (const auto& [index, times] : counted)
       if (times != 1) broken_ += fmt::format("planned trial {} is counted {} times\n", index + 1, times);
-    if (const int code = system_.verify_session(); code != 0)
-      broken_ += fmt::format("`tonus verify` ended with {}\n", code);
+    broken_ += system_.verify_session();
+    if (!broken_.empty()) broken_ += trials_of(session);
   }
 
   LiveSystem system_;
