@@ -30,6 +30,8 @@ Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr
   if (!outcomes) return outcomes.error();
   auto plans = bus::TypedReader<v1::SessionPlan>::create(bus, topics::kSessionPlan, notifier);
   if (!plans) return plans.error();
+  auto states = bus::TypedReader<v1::SessionState>::create(bus, topics::kSessionState, notifier);
+  if (!states) return states.error();
   auto verdicts = bus::TypedWriter<v1::TrialVerdict>::create(bus, topics::kTrialVerdict);
   if (!verdicts) return verdicts.error();
   auto live = bus::TypedWriter<v1::Estimate>::create(bus, topics::kEstimateLive);
@@ -38,9 +40,10 @@ Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr
   if (!estimates) return estimates.error();
   auto resends = bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend);
   if (!resends) return resends.error();
-  return ServiceEndpoints{std::move(*descriptions), std::move(*samples),   std::move(*commands),
-                          std::move(*outcomes),     std::move(*plans),     std::move(*verdicts),
-                          std::move(*live),         std::move(*estimates), std::move(*resends)};
+  return ServiceEndpoints{std::move(*descriptions), std::move(*samples), std::move(*commands),
+                          std::move(*outcomes),     std::move(*plans),   std::move(*states),
+                          std::move(*verdicts),     std::move(*live),    std::move(*estimates),
+                          std::move(*resends)};
 }
 
 IdentificationService::IdentificationService(const ServiceSettings& settings, ServiceEndpoints endpoints,
@@ -60,6 +63,7 @@ Clock::TimePoint IdentificationService::step() {
   take_commands();
   take_samples(now);
   take_outcomes(now);
+  take_states();
   publish(core_.advance(now, endpoints_.resends.status().matched_readers > 0));
   publish_live(now);
   flush();
@@ -122,6 +126,17 @@ void IdentificationService::take_commands() {
   }
 }
 
+void IdentificationService::take_states() {
+  for (auto& received : runtime::drain(endpoints_.states)) {
+    if (received.value.session_id() == session_) state_ = std::move(received.value);
+  }
+}
+
+bool IdentificationService::is_decided(const TrialPlan& trial) const {
+  return state_ && state_->session_id() == trial.session && state_->attempts() >= trial.attempt &&
+         state_->trial_id() != trial.trial;
+}
+
 void IdentificationService::set_session(const Id& session) {
   if (session == session_) return;
   session_ = session;
@@ -159,6 +174,9 @@ void IdentificationService::publish(const IdentificationCore::Output& output) {
   for (const auto& judged : output.verdicts) {
     const auto level = judged.verdict.is_valid ? spdlog::level::debug : spdlog::level::info;
     spdlog::log(level, "trial {}: {}", judged.report.plan.attempt, judged.verdict.detail);
+    const auto& defects = judged.verdict.defects;
+    const bool has_gap = std::find(defects.begin(), defects.end(), Defect::kGap) != defects.end();
+    if (has_gap && is_decided(judged.report.plan)) continue;  // by the verdict that the scheduler had
     if (verdicts_.size() >= kMostVerdictsHeld) {
       spdlog::error("the verdict on trial {} is given up: {} are unsent", verdicts_.front().attempt(),
                     verdicts_.size());

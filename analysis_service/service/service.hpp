@@ -34,6 +34,7 @@ struct ServiceEndpoints {
   bus::TypedReader<v1::TrialCommand> commands;
   bus::TypedReader<v1::TrialOutcome> outcomes;
   bus::TypedReader<v1::SessionPlan> plans;
+  bus::TypedReader<v1::SessionState> states;
   bus::TypedWriter<v1::TrialVerdict> verdicts;
   bus::TypedWriter<v1::Estimate> live;
   bus::TypedWriter<v1::Estimate> estimates;
@@ -65,6 +66,9 @@ class IdentificationService {
   void take_samples(Clock::TimePoint now);
   void take_outcomes(Clock::TimePoint now);
   void set_session(const Id& session);
+  void take_states();
+  /// Whether the scheduler has gone on from the trial: it was judged before this service began.
+  [[nodiscard]] bool is_decided(const TrialPlan& trial) const;
   void publish(const IdentificationCore::Output& output);
   void publish_live(Clock::TimePoint now);
   void flush();
@@ -81,6 +85,7 @@ class IdentificationService {
   std::map<Id, RigUnits> units_;
   Id session_{};
   std::string session_started_at_;
+  std::optional<v1::SessionState> state_;  // of session_, the newest
   std::deque<v1::TrialVerdict> verdicts_;  // not yet taken by the bus
   std::map<Id, v1::Estimate> estimates_;   // likewise, the newest of each
   std::vector<bus::Received<v1::SampleBlock>> blocks_;

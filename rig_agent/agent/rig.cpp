@@ -99,6 +99,7 @@ Result<Rig> Rig::create(const RigOptions& options, const std::string& name,
   }
   rig.names_.limits_off = control::limits_off(config->limits);
   const auto driver = rig.driver_->capabilities();
+  if (driver.actuates) rig.names_.limits = config->limits;
   rig.names_.watchdog = driver.can_disable && !driver.moves_nothing_real ? config->limits.watchdog : 0.0;
   rig.names_.moves_nothing_real = rig.driver_->capabilities().moves_nothing_real;
   rig.names_.resumes_unattended = options.resumes_unattended;

@@ -41,6 +41,13 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.resumes_unattended(names.resumes_unattended);
   wire.watchdog_s(names.watchdog);
   wire.limits_off(names.limits_off);
+  if (names.limits) {
+    v1::RigLimits limits;
+    limits.workspace_centre_m(pair(names.limits->workspace_centre));
+    limits.workspace_radius_m(names.limits->workspace_radius);
+    limits.force_N(names.limits->force);
+    wire.limits({limits});
+  }
   return wire;
 }
 

@@ -1,10 +1,12 @@
 #pragma once
 
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/flight_recorder.hpp"
+#include "rig_agent/control/safety_limits.hpp"
 #include "rig_agent/control/sample_record.hpp"
 #include "rig_agent/control/trial_program.hpp"
 #include "services/core/id.hpp"
@@ -32,7 +34,8 @@ struct RigNames {
   bool moves_nothing_real = false;
   bool resumes_unattended = false;
   double watchdog = 0.0;  ///< s without a cycle after which the watchdog drops the torque; 0: none
-  std::vector<std::string> limits_off;  ///< Names of limits that are switched off
+  std::vector<std::string> limits_off;          ///< Names of limits that are switched off
+  std::optional<control::SafetyLimits> limits;  ///< Of a driver that actuates
 };
 
 [[nodiscard]] v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry);

@@ -12,7 +12,7 @@ namespace {
 
 constexpr double kHour = 3600.0;  // s
 
-/// What a protocol has to respect of the simulated rig of a profile.
+/// What a protocol has to respect of the simulated rig of a profile, its limits included.
 protocol::RigFacts facts_of(const simulation::Profile& profile) {
   const RigGeometry geometry = simulation::rig_geometry(profile);
   protocol::RigFacts facts;
@@ -22,6 +22,7 @@ protocol::RigFacts facts_of(const simulation::Profile& profile) {
   facts.home = profile.manipulandum.home;
   facts.force_limit = Eigen::JacobiSVD<Eigen::Matrix2d>(geometry.force_calibration).singularValues()[1] *
                       geometry.force_saturation_V;
+  facts.stops_at = {profile.limits.workspace_centre, profile.limits.workspace_radius, profile.limits.force};
   return facts;
 }
 

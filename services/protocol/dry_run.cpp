@@ -38,8 +38,14 @@ std::string to_text(const DryRun& run, const Protocol& protocol) {
     fmt::format_to(out,
                    "workspace: handle {:.3f} to {:.3f} m from the robot's base, allowed {:.3f} to {:.3f} m\n",
                    e.nearest, e.farthest, e.nearest_allowed, e.farthest_allowed);
-    fmt::format_to(out, "force: bias up to {:.2f} N, in all up to {:.1f} N to expect, allowed {:.1f} N\n",
-                   e.bias, e.force, e.force_allowed);
+    if (e.from_centre_allowed > 0.0) {
+      fmt::format_to(out, "           up to {:.3f} m from its centre; the rig stops at {:.3f} m\n",
+                     e.from_centre, e.from_centre_allowed);
+    }
+    fmt::format_to(out,
+                   "force: bias up to {:.2f} N, allowed {:.1f} N; in all up to {:.1f} N to expect, allowed "
+                   "{:.1f} N\n",
+                   e.bias, e.bias_allowed, e.force, e.force_allowed);
   }
   fmt::format_to(out, "\n{:<14} {:<14} {:>4} {:>7}  {}\n", "posture", "instruction", "set", "trials", "bias");
   for (const Block& block : run.plan.blocks) {

@@ -11,6 +11,21 @@
 #include "services/contract/rig.hpp"
 
 namespace tonus::protocol {
+namespace {
+
+bool stops_before_the_sensor(const RigFacts& facts) {
+  return facts.stops_at && facts.stops_at->force < facts.force_limit;
+}
+
+std::string expected_bias(const RigFacts& facts, double allowed) {
+  if (facts.stops_at && kBiasShare * facts.stops_at->force < facts.force_limit) {
+    return fmt::format("less: rig '{}' takes biases up to {:g} N, half of the force at which it stops",
+                       facts.name, allowed);
+  }
+  return fmt::format("less: rig '{}' measures up to {:g} N", facts.name, allowed);
+}
+
+}  // namespace
 
 Result<RigFacts> facts_of(const v1::RigDescription& description) {
   RigFacts facts;
@@ -24,6 +39,12 @@ Result<RigFacts> facts_of(const v1::RigDescription& description) {
   const Eigen::Vector2d scales = Eigen::JacobiSVD<Eigen::Matrix2d>(calibration).singularValues();
   const double worst = facts.kind == RigKind::kOneAxis ? std::abs(c[0]) : scales[1];
   facts.force_limit = worst * description.force_saturation_V();
+  if (!description.limits().empty()) {
+    const v1::RigLimits& limits = description.limits().front();
+    facts.stops_at = {{limits.workspace_centre_m()[0], limits.workspace_centre_m()[1]},
+                      limits.workspace_radius_m(),
+                      limits.force_N()};
+  }
 
   if (facts.kind != RigKind::kTwoLink) {
     // A replayed recording may state no saturation; what it holds was measured already.
@@ -56,6 +77,12 @@ Extremes extremes_of(const Protocol& protocol, const RigFacts& facts) {
   e.nearest_allowed = std::abs(facts.links.l1 - facts.links.l2) + facts.margin;
   e.farthest_allowed = facts.links.l1 + facts.links.l2 - facts.margin;
   e.force_allowed = facts.force_limit;
+  e.bias_allowed = facts.force_limit;
+  if (facts.stops_at) {
+    e.force_allowed = std::min(e.force_allowed, facts.stops_at->force);
+    e.bias_allowed = std::min(e.bias_allowed, kBiasShare * facts.stops_at->force);
+    e.from_centre_allowed = facts.stops_at->workspace_radius;
+  }
   e.nearest = e.farthest = facts.home.norm();
   if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return e;
 
@@ -69,6 +96,7 @@ Extremes extremes_of(const Protocol& protocol, const RigFacts& facts) {
     e.nearest = std::min(e.nearest, reached.norm());
     e.farthest = std::max(e.farthest, reached.norm());
   }
+  if (facts.stops_at) e.from_centre = (facts.home - facts.stops_at->workspace_centre).norm() + excursion;
   e.bias = protocol.bias ? protocol.bias->force.high : 0.0;
   e.force = e.bias + kStiffestArm * excursion;
   return e;
@@ -98,14 +126,23 @@ Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) 
                     facts.name, e.nearest_allowed, e.farthest_allowed, kExcursionOverAmplitude * p.amplitude,
                     e.nearest, e.farthest));
   }
-  if (e.bias > e.force_allowed) {
+  if (facts.stops_at && e.from_centre > e.from_centre_allowed) {
+    return refuse_value(
+        protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+        fmt::format(
+            "less: rig '{}' stops at {:g} m from the centre of its workspace, and excursions of {:g} m "
+            "about its home take it to {:.3f} m",
+            facts.name, e.from_centre_allowed, kExcursionOverAmplitude * p.amplitude, e.from_centre));
+  }
+  if (e.bias > e.bias_allowed) {
     return refuse_value(protocol, "bias.force_N", fmt::format("{:g}", e.bias),
-                        fmt::format("less: rig '{}' measures up to {:g} N", facts.name, e.force_allowed));
+                        expected_bias(facts, e.bias_allowed));
   }
   if (e.force > e.force_allowed) {
     return refuse_value(protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
-                        fmt::format("less: rig '{}' measures up to {:g} N, and the force may reach {:g} N",
-                                    facts.name, e.force_allowed, e.force));
+                        fmt::format("less: rig '{}' {} {:g} N, and the force may reach {:g} N", facts.name,
+                                    stops_before_the_sensor(facts) ? "stops at" : "measures up to",
+                                    e.force_allowed, e.force));
   }
   return {};
 }

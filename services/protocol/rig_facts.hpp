@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <optional>
 #include <string>
 
 #include "services/core/id.hpp"
@@ -12,6 +13,17 @@
 
 namespace tonus::protocol {
 
+/// What the rig's loop stops at: a protocol stays within, by the same rules as the rig's own check of a
+/// trial.
+struct StopsAt {
+  Eigen::Vector2d workspace_centre = Eigen::Vector2d::Zero();  ///< m, in R.
+  double workspace_radius = 0.0;                               ///< m
+  double force = 0.0;                                          ///< N, measured at the handle.
+};
+
+inline constexpr double kBiasShare =
+    0.5;  ///< Of the force at which the rig stops, the most that a bias may be.
+
 /// What a protocol has to respect of the rig that runs it.
 struct RigFacts {
   Id rig_id = kNoId;
@@ -19,8 +31,9 @@ struct RigFacts {
   RigKind kind = RigKind::kTwoLink;
   TwoLink links{0.30, 0.35};                          ///< m
   Eigen::Vector2d home = Eigen::Vector2d(0.0, 0.45);  ///< m, handle's home in R.
-  double margin = 0.02;       ///< m, from the handle to the limits of its workspace, least allowed.
-  double force_limit = 44.5;  ///< N, full scale of the force sensor in its worst direction.
+  double margin = 0.02;             ///< m, from the handle to the limits of its workspace, least allowed.
+  double force_limit = 44.5;        ///< N, full scale of the force sensor in its worst direction.
+  std::optional<StopsAt> stops_at;  ///< Absent: the rig moves nobody, or does not say.
 };
 
 /// The facts of a description. The force limit is the smallest singular value of the calibration times the
@@ -38,9 +51,12 @@ struct Extremes {
   double farthest = 0.0;  ///< m
   double nearest_allowed = 0.0;
   double farthest_allowed = 0.0;
-  double bias = 0.0;           ///< N, largest bias force.
-  double force = 0.0;          ///< N, largest force to expect.
-  double force_allowed = 0.0;  ///< N
+  double bias = 0.0;                 ///< N, largest bias force.
+  double force = 0.0;                ///< N, largest force to expect.
+  double force_allowed = 0.0;        ///< N, the sensor's full scale or the force at which the rig stops.
+  double bias_allowed = 0.0;         ///< N
+  double from_centre = 0.0;          ///< m from the workspace's centre; where the rig says at what it stops.
+  double from_centre_allowed = 0.0;  ///< m
 };
 
 inline constexpr double kExcursionOverAmplitude = 2.0;

@@ -140,6 +140,12 @@ class Verifier {
     return {};
   }
 
+  /// A rejection of a trial whose rows had not come yet. It stands, and costs no more than a repetition.
+  static bool is_from_fewer_rows(const store::SessionTrial& trial, const v1::TrialVerdict& now) {
+    return trial.verdict && !trial.verdict->value.is_valid() &&
+           trial.verdict->value.missing_samples() > now.missing_samples();
+  }
+
   void compare_verdicts(const Session& session, const Reidentification& again) {
     std::map<std::uint32_t, const v1::TrialVerdict*> by_attempt;
     for (const auto& verdict : again.verdicts) by_attempt[verdict.attempt()] = &verdict;
@@ -153,7 +159,11 @@ class Verifier {
                        trial.verdict->value.is_valid() == now->second->is_valid() &&
                        trial.verdict->value.reasons() == now->second->reasons();
       const bool is_pending = !trial.verdict && !found_.is_over;
-      if (!check.is_equal && !is_pending) {
+      if (now != by_attempt.end() && is_from_fewer_rows(trial, *now->second)) {
+        found_.remarks.push_back(
+            fmt::format("trial {}: rejected as '{}'; its rows came later, and it was repeated", trial.attempt,
+                        check.published));
+      } else if (!check.is_equal && !is_pending) {
         problem(fmt::format("trial {}: published verdict '{}', from the raw data '{}'", trial.attempt,
                             check.published.empty() ? "none" : check.published,
                             check.found.empty() ? "none" : check.found));

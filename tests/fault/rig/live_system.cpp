@@ -90,6 +90,13 @@ int LiveSystem::operate(const std::string& command) {
   return process.wait(kStartLimit);
 }
 
+std::string LiveSystem::verify_session() {
+  Process process(program("tonus"), {"verify", "--archive", store_file().string()},
+                  folder_ / ("verify" + std::to_string(++commands_)));
+  const int code = process.wait(kStartLimit);
+  return code == 0 ? std::string() : fmt::format("`tonus verify` ended with {}:\n{}", code, process.output());
+}
+
 void LiveSystem::start_session(int directions) {
   std::ofstream(folder_ / "protocol.toml") << fmt::format(kProtocol, directions);
   run_ = std::make_unique<Process>(

@@ -46,6 +46,8 @@ class LiveSystem {
 
   /// Runs an operator's command, "clear-fault": its exit code.
   int operate(const std::string& command);
+  /// Runs `tonus verify` on the last session of the archive: empty where all is well, else what it prints.
+  [[nodiscard]] std::string verify_session();
   /// Phase and what is waited for, as the scheduler last said.
   [[nodiscard]] const std::optional<v1::SessionState>& session() const { return session_; }
 

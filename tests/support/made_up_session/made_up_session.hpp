@@ -9,6 +9,7 @@
 
 #include <idl/estimate.h>
 #include <idl/rig.h>
+#include <idl/trial.h>
 
 /// A whole session with trials of closed form, as an archive would hold it after a run.
 namespace tonus::made_up {
@@ -21,6 +22,7 @@ struct SessionRecipe {
   bool is_over = true;
   std::uint32_t rejected_attempt = 0;                      ///< This one was broken off by the rig; 0: none.
   std::function<void(v1::Estimate&)> spoil_estimate;       ///< Before it is archived.
+  std::function<void(v1::TrialVerdict&)> spoil_verdict;    ///< Likewise.
   std::function<bool(std::uint64_t first)> is_block_lost;  ///< By its first sample.
   std::uint64_t received_ns = 1'700'000'000'000'000'000;
 };

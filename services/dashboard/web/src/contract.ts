@@ -149,6 +149,12 @@ export const RigKind = {
 } as const;
 export type RigKind = (typeof RigKind)[keyof typeof RigKind];
 
+export interface RigLimits {
+  workspace_centre_m: Float64Array;
+  workspace_radius_m: number;
+  force_N: number;
+}
+
 export interface RigDescription {
   rig_id: Uint8Array;
   name: string;
@@ -175,6 +181,7 @@ export interface RigDescription {
   resumes_unattended: boolean;
   watchdog_s: number;
   limits_off: string[];
+  limits: RigLimits[];
 }
 
 export const RigMode = {

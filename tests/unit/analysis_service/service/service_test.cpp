@@ -82,6 +82,7 @@ class Peers {
         commands_(writer(*bus_, topics::kTrialCommand)),
         outcomes_(writer(*bus_, topics::kTrialOutcome)),
         plans_(writer(*bus_, topics::kSessionPlan)),
+        states_(writer(*bus_, topics::kSessionState)),
         health_(runtime::HealthReporter::create(*bus_, clock_, v1::ROLE_RIG, common()).value()),
         resends(reader(*bus_, topics::kArchiveResend)),
         verdicts(reader(*bus_, topics::kTrialVerdict)),
@@ -116,6 +117,16 @@ class Peers {
     plan.rig_id(testing::made_up_rig_id());
     plan.started_at("2026-01-01T00:00:00Z");
     ASSERT_TRUE(plans_.write(plan));
+  }
+
+  /// Says as a scheduler that the trials before this one are decided.
+  void go_on_with(const MeasuredTrial& trial) {
+    v1::SessionState state;
+    state.session_id(trial.report.plan.session);
+    state.phase(v1::SESSION_RUNNING);
+    state.trial_id(trial.report.plan.trial);
+    state.attempts(trial.report.plan.attempt);
+    ASSERT_TRUE(states_.write(state));
   }
 
   void command(const MeasuredTrial& trial) {
@@ -168,6 +179,7 @@ class Peers {
   bus::TypedWriter<v1::TrialCommand> commands_;
   bus::TypedWriter<v1::TrialOutcome> outcomes_;
   bus::TypedWriter<v1::SessionPlan> plans_;
+  bus::TypedWriter<v1::SessionState> states_;
   runtime::HealthReporter health_;
 
  public:
@@ -185,6 +197,7 @@ class IdentificationServiceTest : public ::testing::Test {
     const auto notifier = std::make_shared<bus::Notifier>();
     ServiceSettings settings;
     settings.rig = testing::made_up_rig_id();
+    settings.core.assembler = patience_;
     auto endpoints = ServiceEndpoints::create(*bus_, notifier);
     EXPECT_TRUE(endpoints);
     auto health = runtime::HealthReporter::create(*bus_, clock_, v1::ROLE_IDENTIFICATION, common());
@@ -220,6 +233,7 @@ class IdentificationServiceTest : public ::testing::Test {
   std::shared_ptr<bus::MemoryFabric> fabric_ = std::make_shared<bus::MemoryFabric>();
   SystemClock clock_;
   std::unique_ptr<bus::Bus> bus_;
+  AssemblerLimits patience_;
   std::vector<MeasuredTrial> trials_ = testing::made_up_condition();
 };
 
@@ -336,6 +350,24 @@ TEST_F(IdentificationServiceTest, AsksForLostRowsAndJudgesWhenTheyCome) {
   peers.send_rows(
       trial, SequenceRange::from_first_to_last(requests[0].first_sequence(), requests[0].last_sequence()));
   EXPECT_TRUE(receive(*service, peers.verdicts, 1)[0].is_valid());
+}
+
+TEST_F(IdentificationServiceTest, JudgesATrialFromPartOfItsRowsOnlyWhileTheSchedulerAwaitsIt) {
+  patience_.first_wait = patience_.first_retry = patience_.longest_retry = std::chrono::milliseconds(5);
+  const auto service = start();
+  Peers peers(fabric_);
+  peers.introduce();
+  ASSERT_TRUE(becomes_ready(*service, peers));
+  const auto& decided = trials_[0];  // by the verdict of a service that is gone
+  const auto& awaited = trials_[1];
+  peers.go_on_with(awaited);
+  for (const auto* trial : {&decided, &awaited}) {
+    peers.send_rows(*trial, {trial->report.range.first, trial->report.range.first + 100});
+    peers.report(*trial);
+  }
+  const auto verdict = receive(*service, peers.verdicts, 1)[0];  // nobody sends the rows that are asked for
+  EXPECT_EQ(verdict.attempt(), awaited.report.plan.attempt);
+  EXPECT_FALSE(verdict.is_valid());
 }
 
 TEST_F(IdentificationServiceTest, LetsOtherRigsPass) {

@@ -78,6 +78,47 @@ TEST(DryRun, RefusesForcesOverTheSensorsRange) {
             "p.toml:16: bias.force_N: 1 is not allowed; expected less: rig 'test' measures up to 0.8 N");
 }
 
+TEST(DryRun, HoldsTheProtocolAgainstTheLimitsThatTheRigStopsAt) {
+  auto narrow = facts();
+  narrow.stops_at = {narrow.home, 0.012, 30.0};
+  const auto run = dry_run(small(), narrow, 1);
+  ASSERT_TRUE(run.has_value()) << run.error().message;
+  EXPECT_THAT(to_text(*run, small()), HasSubstr("up to 0.010 m from its centre; the rig stops at 0.012 m"));
+
+  narrow.stops_at->workspace_radius = 0.009;
+  EXPECT_EQ(
+      dry_run(small(), narrow, 1).error().message,
+      "p.toml:14: perturbation.amplitude_m: 0.005 is not allowed; expected less: rig 'test' stops at 0.009 "
+      "m from the centre of its workspace, and excursions of 0.01 m about its home take it to 0.010 m");
+  narrow.stops_at = {narrow.home + Eigen::Vector2d(0.0, 0.07), 0.079, 30.0};
+  EXPECT_FALSE(dry_run(small(), narrow, 1).has_value()) << "home is not the workspace's centre";
+
+  narrow.stops_at = {narrow.home, 0.08, 9.0};
+  EXPECT_THAT(dry_run(small(), narrow, 1).error().message,
+              HasSubstr("rig 'test' stops at 9 N, and the force may reach 10 N"));
+  narrow.stops_at->force = 1.8;
+  const auto loaded = *parse_protocol(scheduler::testing::small_loaded_protocol(), "p.toml");
+  EXPECT_EQ(
+      dry_run(loaded, narrow, 1).error().message,
+      "p.toml:16: bias.force_N: 1 is not allowed; expected less: rig 'test' takes biases up to 0.9 N, half "
+      "of the force at which it stops");
+}
+
+TEST(DryRun, TakesTheLimitsFromTheDescription) {
+  auto description = scheduler::testing::description_of_rig();
+  EXPECT_FALSE(facts_of(description)->stops_at) << "not known is no limit of zero";
+  v1::RigLimits limits;
+  limits.workspace_centre_m({0.1, 0.2});
+  limits.workspace_radius_m(0.05);
+  limits.force_N(12.0);
+  description.limits({limits});
+  const auto stops_at = facts_of(description)->stops_at;
+  ASSERT_TRUE(stops_at);
+  EXPECT_EQ(stops_at->workspace_centre, Eigen::Vector2d(0.1, 0.2));
+  EXPECT_EQ(stops_at->workspace_radius, 0.05);
+  EXPECT_EQ(stops_at->force, 12.0);
+}
+
 TEST(DryRun, RefusesWhatAOneAxisRigHasNot) {
   auto one_axis = facts();
   one_axis.kind = RigKind::kOneAxis;

@@ -85,6 +85,33 @@ TEST_F(VerificationTest, CountsTheSamplesThatAreMissingInATrial) {
   EXPECT_NE(v.verdicts[4].found.find("gap"), std::string::npos) << v.verdicts[4].found;
 }
 
+TEST_F(VerificationTest, DoesNotBlameARejectionThatWasMadeBeforeTheRowsCame) {
+  auto recipe = made_up::unloaded_session();
+  recipe.spoil_verdict = [](v1::TrialVerdict& verdict) {
+    if (verdict.attempt() != 5) return;
+    verdict.is_valid(false);
+    verdict.reasons({v1::REASON_GAP});
+    verdict.missing_samples(50);
+  };
+  const auto v = verify(std::move(recipe));
+  EXPECT_TRUE(v.is_well()) << v.problems.front();
+  EXPECT_FALSE(v.verdicts[4].is_equal);
+  EXPECT_EQ(v.remarks.size(), 1U);
+  EXPECT_NE(v.remarks.at(0).find("trial 5: rejected as"), std::string::npos) << v.remarks.at(0);
+}
+
+TEST_F(VerificationTest, BlamesAnAcceptanceThatTheRawDataDoNotBear) {
+  auto recipe = made_up::unloaded_session();
+  recipe.rejected_attempt = 3;
+  recipe.spoil_verdict = [](v1::TrialVerdict& verdict) {
+    if (verdict.attempt() != 3) return;
+    verdict.is_valid(true);
+    verdict.reasons({});
+    verdict.missing_samples(50);
+  };
+  EXPECT_FALSE(verify(std::move(recipe)).is_well());
+}
+
 TEST_F(VerificationTest, AgreesThatATrialThatTheRigBrokeOffDoesNotCount) {
   auto recipe = made_up::unloaded_session();
   recipe.rejected_attempt = 3;
