@@ -1,0 +1,44 @@
+#pragma once
+
+#include <Eigen/Core>
+#include <cstdint>
+#include <vector>
+
+#include "analysis_service/refined/trial_covariance.hpp"
+#include "analysis_service/refined/weak_form.hpp"
+#include "analysis_service/refined/weighted_fit.hpp"
+
+namespace tonus::refined {
+
+/// What else than M, B, K the force may hold.
+enum class Alternative : std::uint8_t {
+  kReflex,     ///< The velocity of 40 ms ago.
+  kHardening,  ///< x |x|^2.
+  kFriction,   ///< The direction of the velocity.
+};
+
+/// Test of one of them (9).
+struct AlternativeTest {
+  Alternative alternative = Alternative::kReflex;
+  double p = 1.0;       ///< Of no such term: chi-squared, by the residual process.
+  double effect = 0.0;  ///< Largest change of an element of M, B, K by the term, in 95 % half-widths.
+};
+
+/// Adds each alternative, computed from the motion that the command predicts (rows x axes a trial) and so its
+/// own instrument, to the fit.
+[[nodiscard]] std::vector<AlternativeTest> test_alternatives(const WeightedFit& fit,
+                                                             const TrialCovariance& covariance,
+                                                             const std::vector<Eigen::MatrixXd>& predicted,
+                                                             const WeakForm& weak, double sample_period);
+
+/// The mean residual along the command: whether (1) holds at all.
+struct MisfitTest {
+  double p = 1.0;      ///< Chi-squared, by the residual process.
+  double share = 0.0;  ///< Of the force's mean response, beyond what noise gives; root of squares.
+};
+
+/// `weights`: of each trial (rows) in the mean response along each axis, W = U (U'U)^-1.
+[[nodiscard]] MisfitTest test_misfit(const WeightedFit& fit, const TrialCovariance& covariance,
+                                     const std::vector<TrialRows>& trials, const Eigen::MatrixXd& weights);
+
+}  // namespace tonus::refined
