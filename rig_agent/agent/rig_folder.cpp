@@ -8,9 +8,13 @@
 #include <unistd.h>
 #include <utility>
 
+#include "services/core/name.hpp"
+
 namespace tonus::rig {
 
 Result<RigFolder> RigFolder::take(const std::filesystem::path& data, const std::string& name) {
+  if (const std::string fault = fault_of_name(name); !fault.empty())
+    return fail(ErrorCode::kInvalidArgument, "rig: " + fault);
   const auto path = data / "rig" / name;
   std::error_code error;
   std::filesystem::create_directories(path, error);

@@ -11,7 +11,8 @@ namespace tonus::rig {
 /// that works with the rig: a lock that ends with the program however it ends.
 class RigFolder {
  public:
-  /// <data>/rig/<name>, made if it is missing. kUnavailable where another program has it.
+  /// <data>/rig/<name>, made if it is missing. kUnavailable where another program has it. kInvalidArgument
+  /// where the name is none (fault_of_name).
   [[nodiscard]] static Result<RigFolder> take(const std::filesystem::path& data, const std::string& name);
 
   RigFolder(RigFolder&& other) noexcept;

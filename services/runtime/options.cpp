@@ -8,6 +8,7 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "services/core/name.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/version.hpp"
 
@@ -22,7 +23,10 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
       ->envname("TONUS_DDS")
       ->check(CLI::IsMember({"fastdds", "cyclonedds"}))
       ->capture_default_str();
-  app.add_option("--rig", options.rig, "name of the rig")->envname("TONUS_RIG")->capture_default_str();
+  app.add_option("--rig", options.rig, "name of the rig: letters, digits, - and _")
+      ->envname("TONUS_RIG")
+      ->check(CLI::Validator([](const std::string& name) { return fault_of_name(name); }, ""))
+      ->capture_default_str();
   app.add_option("--data", options.data, "folder for everything that is kept")->envname("TONUS_DATA");
   app.add_option(
          "--network", options.network,

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
 
@@ -53,6 +54,19 @@ TEST_F(BadInput, UnknownSubcommandIsNamed) { expect_refused({"mesure"}, {"mesure
 
 TEST_F(BadInput, VendorThatIsNoneIsNamedWithTheOnesThatAre) {
   expect_refused({"up", "--dds", "opendds"}, {"--dds", "opendds", "fastdds", "cyclonedds"});
+}
+
+TEST_F(BadInput, ARigsNameCannotLeaveTheDataFolder) {
+  for (const char* name : {"../x", "a/b", "..", ".hidden", "-x"})
+    expect_refused({"up", "--rig=" + std::string(name), "--data", (folder_ / "data").string()},
+                   {"--rig", "letters, digits"});
+  for (const char* service : {"tonus-rig-agent", "tonus-archive", "tonus-scheduler", "tonus-dashboard"}) {
+    Process process(program(service), {"--rig", "../x", "--data", (folder_ / "data").string()},
+                    folder_ / "output");
+    EXPECT_GT(process.wait(kLimit), 0) << service;
+    EXPECT_NE(process.output().find("'../x' is not allowed"), std::string::npos) << process.output();
+  }
+  EXPECT_FALSE(std::filesystem::exists(folder_ / "data"));
 }
 
 TEST_F(BadInput, DomainOutOfRangeIsNamedWithTheRange) {

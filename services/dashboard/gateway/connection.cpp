@@ -2,9 +2,11 @@
 
 #include <algorithm>
 #include <boost/beast/ssl.hpp>
+#include <functional>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "services/dashboard/gateway/metrics.hpp"
 #include "services/dashboard/gateway/server_core.hpp"
 #include "services/dashboard/gateway/websocket_client.hpp"
 
@@ -24,6 +26,7 @@ constexpr char kOnlyTls[] = "max-age=31536000";   // RFC 6797
 constexpr std::uint32_t kHeaderLimit = 16 * 1024;
 constexpr std::uint64_t kBodyLimit = 1024;
 constexpr std::size_t kMaximumReadingJobs = 32;
+constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
 std::string text_of(beast::string_view view) { return {view.data(), view.size()}; }
 
@@ -131,7 +134,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       return respond(http::status::method_not_allowed, "application/json", error_body("GET is needed"));
     const bool is_upgrade = beast::websocket::is_upgrade(request_);
     const auto where = path();
-    const bool is_guarded = is_upgrade || where.starts_with(kReportPath) ||
+    const bool is_guarded = is_upgrade || where == "/metrics" || where.starts_with(kReportPath) ||
                             (where.starts_with("/api/") && where != "/api/gateway");
     if (!is_guarded) return where == "/api/gateway" ? give_info() : give_page(where);
     const auto admitted = core_.access.admit(visit());
@@ -152,7 +155,19 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     if (where == "/api/status")
       return respond(http::status::ok, "application/json",
                      core_.hub.status_json(core_.inbox->live_dropped()));
-    read_elsewhere(where);
+    if (where == "/metrics") return give_metrics();
+    read_elsewhere([this, where, topic = query_value(target(), "topic")] {
+      is_report_ = where.starts_with(kReportPath);
+      return answer_api(core_.options.folders, where, topic);
+    });
+  }
+
+  void give_metrics() {
+    std::string text = bus_metrics(core_.hub, core_.inbox->live_dropped(), core_.table.size());
+    read_elsewhere([this, text = std::move(text)] {
+      return ApiAnswer{200, kMetricsType,
+                       text + file_metrics(core_.options.folders.store, core_.options.certificate)};
+    });
   }
 
   void give_info() { respond(http::status::ok, "application/json", core_.options.info_json); }
@@ -177,17 +192,16 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
         ->accept(request_);
   }
 
-  /// Archive and reports: from a disk, which may take its time, in the reading thread.
-  void read_elsewhere(const std::string& where) {
+  /// Archive, reports, metrics: from a disk, which may take its time, in the reading thread. `read` has this
+  /// connection to itself.
+  void read_elsewhere(std::function<ApiAnswer()> read) {
     if (core_.reading_jobs >= kMaximumReadingJobs)
       return respond(http::status::service_unavailable, "application/json", error_body("too many requests"));
     ++core_.reading_jobs;
-    asio::post(core_.reading_thread, [self = this->shared_from_this(), where,
-                                      topic = query_value(target(), "topic")] {
-      auto answer = std::make_shared<ApiAnswer>(answer_api(self->core_.options.folders, where, topic));
-      asio::post(self->core_.io, [self, where, answer] {
+    asio::post(core_.reading_thread, [self = this->shared_from_this(), read = std::move(read)] {
+      auto answer = std::make_shared<ApiAnswer>(read());
+      asio::post(self->core_.io, [self, answer] {
         --self->core_.reading_jobs;
-        self->is_report_ = where.starts_with(kReportPath);
         self->respond(static_cast<http::status>(answer->status), answer->type, std::move(answer->body));
       });
     });

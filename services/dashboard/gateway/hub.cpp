@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <spdlog/spdlog.h>
 
+#include "idl/topics.hpp"
+#include "services/bus/typed.hpp"
 #include "services/core/text.hpp"
 
 namespace tonus::dashboard {
@@ -24,6 +26,8 @@ std::string_view as_text(std::span<const std::byte> data) {
 }
 
 }  // namespace
+
+const char* refused_name(Refused kind) { return kRefusedNames[static_cast<std::size_t>(kind)]; }
 
 Hub::Hub(std::vector<OfferedTopic> topics, Options options, const Clock& clock,
          std::function<void(OperatorRequest)> ask)
@@ -179,7 +183,28 @@ void Hub::on_bus_message(const PassedMessage& message) {
   const OfferedTopic* offered = topic(message.channel);
   if (offered == nullptr) return;
   if (offered->flow == Flow::kKept) latest_.put(message);
+  note_results(*offered, message);
   fan_out(*offered, message);
+}
+
+void Hub::note_results(const OfferedTopic& offered, const PassedMessage& message) {
+  const std::string_view name = offered.channel.topic;
+  if (name == topics::kTrialOutcome.spec.name) {
+    latency_.note_outcome(message.key, message.time_ns);
+  } else if (name == topics::kTrialVerdict.spec.name) {
+    latency_.note_verdict(message.key, message.time_ns);
+  } else if (name == topics::kEstimateCondition.spec.name) {
+    const auto estimate = bus::decode<v1::Estimate>(*message.payload);
+    if (!estimate) return;
+    std::vector<Id> trials;
+    for (const auto& range : estimate->trials())
+      trials.push_back(trial_id(estimate->session_id(), range.attempt()));
+    latency_.note_estimate(trials, message.time_ns);
+  }
+}
+
+std::vector<PassedMessage> Hub::latest(std::string_view topic) const {
+  return latest_.of(topic_named(topic).channel.id);
 }
 
 void Hub::on_reply(const OperatorReply& reply) { fan_out_json(kReplyTopic, reply_text(reply)); }

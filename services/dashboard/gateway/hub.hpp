@@ -16,6 +16,7 @@
 #include "services/dashboard/gateway/latest_values.hpp"
 #include "services/dashboard/gateway/operator_request.hpp"
 #include "services/dashboard/gateway/outbox.hpp"
+#include "services/dashboard/gateway/result_latency.hpp"
 #include "services/dashboard/gateway/token_bucket.hpp"
 #include "services/dashboard/gateway/topic_table.hpp"
 
@@ -34,6 +35,8 @@ class ClientLink {
 
 /// What was refused, counted by kind.
 enum class Refused : std::uint8_t { kConnection, kMalformed, kFlood, kOversized, kForbidden, kSlow, kCount };
+
+[[nodiscard]] const char* refused_name(Refused kind);
 
 using ClientId = std::uint64_t;
 
@@ -84,6 +87,9 @@ class Hub {
   [[nodiscard]] std::size_t waiting_messages() const;
   [[nodiscard]] std::uint64_t thinned() const;
   [[nodiscard]] std::uint64_t refused(Refused kind) const { return refused_[static_cast<std::size_t>(kind)]; }
+  /// The newest message of each key of a topic, in the order of their coming.
+  [[nodiscard]] std::vector<PassedMessage> latest(std::string_view topic) const;
+  [[nodiscard]] const ResultLatency& latency() const { return latency_; }
   [[nodiscard]] std::string status_json(std::uint64_t arrival_drops) const;
 
  private:
@@ -119,6 +125,7 @@ class Hub {
             const PassedMessage& message);
   void fan_out(const OfferedTopic& topic, const PassedMessage& message);
   void fan_out_json(std::string_view topic, const std::string& json);
+  void note_results(const OfferedTopic& topic, const PassedMessage& message);
   void end(Client& client, Refused kind, CloseCode code, const std::string& reason);
 
   std::vector<OfferedTopic> topics_;
@@ -126,6 +133,7 @@ class Hub {
   const Clock& clock_;
   std::function<void(OperatorRequest)> ask_;
   LatestValues latest_;
+  ResultLatency latency_;
   std::map<ClientId, Client> clients_;
   std::map<std::uint32_t, std::vector<Listener>> listeners_;  ///< Of each channel.
   ClientId last_client_ = 0;

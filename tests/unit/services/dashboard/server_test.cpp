@@ -71,11 +71,22 @@ TEST(Server, WrongTokensForeignOriginsAndOtherSubprotocolsAreRefused) {
 
 TEST(Server, ArchiveAndReportsWantATokenAsTheWebSocketDoes) {
   Gateway gateway(with_tokens());
-  for (const char* target : {"/api/sessions", "/api/protocols", "/api/status", "/reports/x.html"})
+  for (const char* target : {"/api/sessions", "/api/protocols", "/api/status", "/reports/x.html", "/metrics"})
     EXPECT_EQ(get(gateway.port(), {.target = target}).first, 401) << target;
   EXPECT_EQ(get(gateway.port(), {.target = "/api/role", .authorization = "Bearer " + kViewToken}).second,
             R"({"role":"view"})");
   EXPECT_EQ(get(gateway.port(), {.target = "/api/gateway"}).first, 200);
+}
+
+TEST(Server, GivesMetricsInPrometheusTextFormat) {
+  Gateway gateway(with_tokens());
+  const std::string answer = answer_to(gateway.port(),
+                                       "GET /metrics HTTP/1.1\r\nHost: localhost\r\nConnection: close\r\n"
+                                       "Authorization: Bearer " +
+                                           kViewToken + "\r\n\r\n");
+  EXPECT_THAT(answer, HasSubstr("200 OK"));
+  EXPECT_THAT(answer, HasSubstr("Content-Type: text/plain; version=0.0.4"));
+  EXPECT_THAT(answer, HasSubstr("# TYPE tonus_gateway_clients gauge\ntonus_gateway_clients 0\n"));
 }
 
 TEST(Server, AReportsPicturesAreGivenToWhoHasOpenedTheReport) {
