@@ -7,6 +7,7 @@
 #include "services/bus/fastdds/fastdds_bus.hpp"
 #include "services/bus/memory/memory_bus.hpp"
 #include "services/bus/sanitizer_exceptions.hpp"
+#include "services/bus/vendor_environment.hpp"
 
 namespace tonus::bus {
 namespace {
@@ -82,6 +83,7 @@ Result<std::unique_ptr<Bus>> create_bus(const BusOptions& options) {
     return fail(ErrorCode::kUnavailable, "interface address " + options.network.interface_address +
                                              ": no interface of this machine has it");
   }
+  ignore_vendor_environment();
   switch (options.vendor) {
     case Vendor::kMemory:
       return create_memory_bus(options);

@@ -8,6 +8,7 @@
 #include "idl/topics.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/drain.hpp"
+#include "services/runtime/refused_packets_log.hpp"
 #include "services/runtime/version.hpp"
 
 #include <idl/idl_hash.hpp>
@@ -174,6 +175,7 @@ void HealthReporter::publish() {
     report.is_ready(false);
     report.state(doubled);
   }
+  log_refused_packets(*clock_);
   // A report that cannot be sent is followed by the next one half a second later.
   (void)writer_->write(report);
   has_changed_ = false;

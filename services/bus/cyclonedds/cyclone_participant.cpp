@@ -1,9 +1,11 @@
 #include "services/bus/cyclonedds/cyclone_participant.hpp"
 
+#include <mutex>
 #include <utility>
 
 #include "services/bus/cyclonedds/cdr_sertype.hpp"
 #include "services/bus/cyclonedds/cyclone_qos.hpp"
+#include "services/bus/cyclonedds/socket_filter.hpp"
 #include "services/bus/discovery_limits.hpp"
 
 namespace tonus::bus {
@@ -66,12 +68,16 @@ CycloneParticipant::CycloneParticipant(CycloneEntity domain, CycloneEntity parti
     : domain_(std::move(domain)), participant_(std::move(participant)) {}
 
 Result<std::shared_ptr<CycloneParticipant>> CycloneParticipant::create(const BusOptions& options) {
+  static std::mutex one_at_a_time;  // accept_only_at() finds the new sockets among those of the process
+  const std::lock_guard lock(one_at_a_time);
   dds_domainid_t id = 0;
   CycloneEntity domain(create_domain(cyclone_configuration(options), id));
+  TONUS_TRY_ASSIGN(const std::size_t sockets,
+                   accept_only_at(options.network.interface_address, options.domain));
   CycloneQos qos;
   dds_qset_entity_name(qos.get(), options.participant_name.c_str());
   CycloneEntity participant(domain.get() > 0 ? dds_create_participant(id, qos.get(), nullptr) : domain.get());
-  if (participant.get() <= 0) {
+  if (participant.get() <= 0 || sockets == 0) {
     return fail(ErrorCode::kUnavailable, "Cyclone DDS: no participant in domain " +
                                              std::to_string(options.domain) + " on " +
                                              options.network.interface_address +

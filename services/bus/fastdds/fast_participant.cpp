@@ -26,20 +26,24 @@ void turn_off_delivery_by_call() {
 
 Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOptions& options) {
   turn_off_delivery_by_call();
+  auto received = std::make_shared<ReceivedPackets>();
+  fast::DomainParticipantQos qos = fast_participant_qos(options);
+  check_packets(qos, received);
   auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<fast::DomainId_t>(options.domain), fast_participant_qos(options), nullptr,
-      fast::StatusMask::none());
+      static_cast<fast::DomainId_t>(options.domain), qos, nullptr, fast::StatusMask::none());
   if (participant == nullptr) {
     return fail(ErrorCode::kUnavailable, "Fast DDS: no participant in domain " +
                                              std::to_string(options.domain) + " on " +
                                              options.network.interface_address +
                                              ": is the address this machine's, and are its ports free?");
   }
-  return std::shared_ptr<FastParticipant>(new FastParticipant(participant));
+  return std::shared_ptr<FastParticipant>(new FastParticipant(participant, std::move(received)));
 }
 
-FastParticipant::FastParticipant(fast::DomainParticipant* participant)
-    : participant_(participant),
+FastParticipant::FastParticipant(fast::DomainParticipant* participant,
+                                 std::shared_ptr<ReceivedPackets> received)
+    : received_(std::move(received)),
+      participant_(participant),
       publisher_(participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT)),
       subscriber_(participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)) {}
 

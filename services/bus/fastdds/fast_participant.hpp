@@ -10,6 +10,7 @@
 #include <string>
 
 #include "services/bus/bus.hpp"
+#include "services/bus/fastdds/checked_transport.hpp"
 
 namespace tonus::bus {
 
@@ -29,11 +30,13 @@ class FastParticipant {
   [[nodiscard]] Result<fast::Topic*> topic(const TopicSpec& spec);
   [[nodiscard]] fast::Publisher& publisher() { return *publisher_; }
   [[nodiscard]] fast::Subscriber& subscriber() { return *subscriber_; }
+  [[nodiscard]] ReceivedPackets& received() { return *received_; }
 
  private:
-  explicit FastParticipant(fast::DomainParticipant* participant);
+  FastParticipant(fast::DomainParticipant* participant, std::shared_ptr<ReceivedPackets> received);
   [[nodiscard]] Result<void> register_type(const std::string& type_name);
 
+  std::shared_ptr<ReceivedPackets> received_;
   fast::DomainParticipant* participant_;
   fast::Publisher* publisher_;
   fast::Subscriber* subscriber_;

@@ -44,6 +44,7 @@ Result<std::unique_ptr<Reader>> FastReader::create(std::shared_ptr<FastParticipa
                                                    std::shared_ptr<Notifier> notifier) {
   const auto fast_topic = participant->topic(topic);
   if (!fast_topic) return fast_topic.error();
+  participant->received().allow_message_bytes(topic.max_payload_bytes);
   std::unique_ptr<FastReader> reader(new FastReader(std::move(participant), topic, std::move(notifier)));
   fast::StatusMask mask = fast::StatusMask::data_available();
   mask << fast::StatusMask::subscription_matched() << fast::StatusMask::liveliness_changed()

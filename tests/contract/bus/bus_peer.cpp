@@ -1,6 +1,8 @@
-// The other process in the bus's contract tests: bus_peer VENDOR DOMAIN (write FIRST | read DEPTH)
+// The other process in the bus's contract tests: bus_peer VENDOR DOMAIN (write FIRST | read DEPTH | gossip
+// KEY)
 //   write: publishes a watched state under "peer/state", numbers from FIRST on, several a second, until
 //   killed. read:  prints the number of every sample of "peer/samples", kept in full.
+//   gossip: publishes a state under KEY ten times a second, and prints the keys that it hears as often.
 #include <cstdio>
 #include <cstdlib>
 #include <string>
@@ -41,6 +43,27 @@ int read_samples(Bus& bus, int depth) {
   }
 }
 
+int gossip(Bus& bus, std::uint8_t key) {
+  const auto notifier = std::make_shared<Notifier>();
+  const TopicSpec spec = test::topic("peer/gossip", test::watched_state());
+  auto writer = bus.create_writer(spec);
+  auto reader = bus.create_reader(spec, notifier);
+  if (!writer) return complain(writer.error());
+  if (!reader) return complain(reader.error());
+  constexpr std::chrono::milliseconds kPeriod{100};
+  Notifier pace;
+  std::vector<Sample> samples;
+  for (std::uint64_t number = 0;; ++number) {
+    (void)(*writer)->write(test::payload(key, number));  // a later one follows
+    static_cast<void>(pace.wait_until(std::chrono::steady_clock::now() + kPeriod));
+    while ((*reader)->take(samples) > 0) {
+    }
+    for (const Sample& sample : samples) std::printf("%d\n", static_cast<int>(sample.key[15]));
+    std::fflush(stdout);
+    samples.clear();
+  }
+}
+
 int run(int count, char** arguments) {
   if (count != 5) return complain({ErrorCode::kInvalidArgument, "needs VENDOR DOMAIN MODE NUMBER"});
   const auto vendor = parse_vendor(arguments[1]);
@@ -54,6 +77,7 @@ int run(int count, char** arguments) {
   if (!bus) return complain(bus.error());
   const long number = std::atol(arguments[4]);
   if (std::string(arguments[3]) == "write") return write_states(**bus, static_cast<std::uint64_t>(number));
+  if (std::string(arguments[3]) == "gossip") return gossip(**bus, static_cast<std::uint8_t>(number));
   return read_samples(**bus, static_cast<int>(number));
 }
 

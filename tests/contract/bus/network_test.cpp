@@ -127,18 +127,20 @@ class BusConfined : public testing::TestWithParam<Vendor> {};
 INSTANTIATE_TEST_SUITE_P(Carriers, BusConfined, testing::Values(Vendor::kFastDds, Vendor::kCycloneDds),
                          carrier_name);
 
+/// The bait: an interface that is up, can multicast, and has the default route; its address is 10.99.0.1.
+bool make_decoy() {
+  return run_program({"ip", "link", "add", "decoy", "type", "veth", "peer", "name", "decoyend"}) &&
+         run_program({"ip", "addr", "add", "10.99.0.1/24", "dev", "decoy"}) &&
+         run_program({"ip", "link", "set", "decoyend", "up"}) &&
+         run_program({"ip", "link", "set", "decoy", "up", "multicast", "on"}) &&
+         run_program({"ip", "neigh", "add", "10.99.0.2", "lladdr", "02:00:00:00:00:02", "dev", "decoy", "nud",
+                      "permanent"}) &&
+         run_program({"ip", "route", "add", "default", "via", "10.99.0.2"});
+}
+
 TEST_P(BusConfined, NoPacketLeavesTheLoopbackInterface) {
   if (!is_in_private_network()) GTEST_SKIP() << kNotPermitted;
-  // The bait: an interface that is up, can multicast, and has the default route.
-  const bool has_decoy =
-      run_program({"ip", "link", "add", "decoy", "type", "veth", "peer", "name", "decoyend"}) &&
-      run_program({"ip", "addr", "add", "10.99.0.1/24", "dev", "decoy"}) &&
-      run_program({"ip", "link", "set", "decoyend", "up"}) &&
-      run_program({"ip", "link", "set", "decoy", "up", "multicast", "on"}) &&
-      run_program({"ip", "neigh", "add", "10.99.0.2", "lladdr", "02:00:00:00:00:02", "dev", "decoy", "nud",
-                   "permanent"}) &&
-      run_program({"ip", "route", "add", "default", "via", "10.99.0.2"});
-  if (!has_decoy) GTEST_SKIP() << "needs ip (package iproute2) and veth interfaces";
+  if (!make_decoy()) GTEST_SKIP() << "needs ip (package iproute2) and veth interfaces";
   std::ofstream("/proc/sys/net/ipv6/conf/decoy/disable_ipv6") << 1;  // its own chatter; there may be no IPv6
   const long before = sent_packets("decoy");
   ASSERT_GE(before, 0);
@@ -164,6 +166,47 @@ TEST_P(BusConfined, NoPacketLeavesTheLoopbackInterface) {
   const int joined = join_discovery_group();
   EXPECT_EQ(joined_groups(), 1);
   close(joined);
+  EXPECT_TRUE(run_program({"ip", "link", "delete", "decoy"}));
+}
+
+/// Packets that the kernel has dropped at sockets instead of queueing them (/proc/net/udp, last column).
+long packets_dropped_at_sockets() {
+  std::ifstream in("/proc/self/net/udp");
+  long sum = 0;
+  std::string line;
+  std::getline(in, line);  // the heads of the columns
+  while (std::getline(in, line)) {
+    const auto last = line.find_last_not_of(' ');
+    sum += std::stol(line.substr(line.find_last_of(' ', last)));
+  }
+  return sum;
+}
+
+/// The other participants are on the decoy's address and look for peers there, in the same domain.
+TEST_P(BusConfined, PacketsForAnotherAddressOfThisMachineAreNotTaken) {
+  if (!is_in_private_network()) GTEST_SKIP() << kNotPermitted;
+  if (!make_decoy()) GTEST_SKIP() << "needs ip (package iproute2) and veth interfaces";
+  const TopicSpec spec = topic("contract/foreign", state());
+  {
+    auto confined = open_bus(bus_options(GetParam()));
+    auto confined_reader = confined->create_reader(spec, nullptr);
+    const long dropped_before = packets_dropped_at_sockets();
+    BusOptions options = bus_options(Vendor::kCycloneDds);
+    options.network = {.interface_address = "10.99.0.1", .peers = {"10.99.0.1"}};
+    auto foreign = open_bus(options);
+    auto other = open_bus(options);
+    auto foreign_writer = foreign->create_writer(spec);
+    auto other_reader = other->create_reader(spec, nullptr);
+    ASSERT_TRUE(confined_reader && foreign_writer && other_reader);
+
+    ASSERT_TRUE(are_matched(**foreign_writer, **other_reader));
+    if (GetParam() == Vendor::kCycloneDds) {  // Fast DDS is bound to its address: packets arrive nowhere
+      ASSERT_TRUE(eventually([&] { return packets_dropped_at_sockets() > dropped_before + 5; }));
+    }
+
+    EXPECT_EQ((*confined_reader)->status().matched_writers, 0);
+    EXPECT_EQ((*foreign_writer)->status().matched_readers, 1);
+  }
   EXPECT_TRUE(run_program({"ip", "link", "delete", "decoy"}));
 }
 
