@@ -15,6 +15,7 @@ using Command = std::function<int()>;
 void add_up_command(CLI::App& app, Command& chosen);
 void add_run_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
+void add_discovery_server_command(CLI::App& app, Command& chosen);
 void add_status_command(CLI::App& app, Command& chosen);
 void add_report_command(CLI::App& app, Command& chosen);
 void add_identify_command(CLI::App& app, Command& chosen);

@@ -16,6 +16,7 @@ int main(int argc, char** argv) {
   cli::add_up_command(app, chosen);
   cli::add_run_command(app, chosen);
   cli::add_demo_command(app, chosen);
+  cli::add_discovery_server_command(app, chosen);
   cli::add_status_command(app, chosen);
   cli::add_steering_commands(app, chosen);
   cli::add_identify_command(app, chosen);

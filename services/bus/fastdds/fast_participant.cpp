@@ -22,26 +22,36 @@ void turn_off_delivery_by_call() {
   });
 }
 
+template <typename GroupQos>
+GroupQos in_partition(GroupQos qos, const std::string& partition) {
+  if (!partition.empty()) qos.partition().push_back(partition.c_str());
+  return qos;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOptions& options) {
+  return create(options, fast_participant_qos(options));
+}
+
+Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOptions& options,
+                                                                 const fast::DomainParticipantQos& qos) {
   turn_off_delivery_by_call();
   auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
-      static_cast<fast::DomainId_t>(options.domain), fast_participant_qos(options), nullptr,
-      fast::StatusMask::none());
+      static_cast<fast::DomainId_t>(options.domain), qos, nullptr, fast::StatusMask::none());
   if (participant == nullptr) {
     return fail(ErrorCode::kUnavailable, "Fast DDS: no participant in domain " +
                                              std::to_string(options.domain) + " on " +
                                              options.network.interface_address +
                                              ": is the address this machine's, and are its ports free?");
   }
-  return std::shared_ptr<FastParticipant>(new FastParticipant(participant));
+  return std::shared_ptr<FastParticipant>(new FastParticipant(participant, options.partition));
 }
 
-FastParticipant::FastParticipant(fast::DomainParticipant* participant)
+FastParticipant::FastParticipant(fast::DomainParticipant* participant, const std::string& partition)
     : participant_(participant),
-      publisher_(participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT)),
-      subscriber_(participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)) {}
+      publisher_(participant->create_publisher(in_partition(fast::PUBLISHER_QOS_DEFAULT, partition))),
+      subscriber_(participant->create_subscriber(in_partition(fast::SUBSCRIBER_QOS_DEFAULT, partition))) {}
 
 FastParticipant::~FastParticipant() {
   participant_->delete_publisher(publisher_);

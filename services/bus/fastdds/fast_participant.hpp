@@ -20,6 +20,9 @@ namespace fast = eprosima::fastdds::dds;
 class FastParticipant {
  public:
   [[nodiscard]] static Result<std::shared_ptr<FastParticipant>> create(const BusOptions& options);
+  /// With another QoS than fast_participant_qos(): a discovery server's.
+  [[nodiscard]] static Result<std::shared_ptr<FastParticipant>> create(const BusOptions& options,
+                                                                       const fast::DomainParticipantQos& qos);
   ~FastParticipant();
   FastParticipant(const FastParticipant&) = delete;
   FastParticipant& operator=(const FastParticipant&) = delete;
@@ -31,7 +34,7 @@ class FastParticipant {
   [[nodiscard]] fast::Subscriber& subscriber() { return *subscriber_; }
 
  private:
-  explicit FastParticipant(fast::DomainParticipant* participant);
+  FastParticipant(fast::DomainParticipant* participant, const std::string& partition);
   [[nodiscard]] Result<void> register_type(const std::string& type_name);
 
   fast::DomainParticipant* participant_;
