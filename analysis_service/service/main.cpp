@@ -34,12 +34,18 @@ int main(int argc, char** argv) {
   const SystemClock clock;
   auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_IDENTIFICATION, common, notifier);
   if (!health) return runtime::report(program, health.error());
+  if (auto alone = runtime::listen_for_others(*health, common, clock, *notifier, stop); !alone)
+    return runtime::report(program, alone.error());
   auto roster = runtime::Roster::create(**bus, clock, notifier);
   if (!roster) return runtime::report(program, roster.error());
 
   identification::IdentificationService service(*settings, std::move(*endpoints), std::move(*health),
                                                 std::move(*roster), clock);
-  runtime::run_loop(*notifier, stop, [&] { return service.step(); });
+  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&]() -> Result<Clock::TimePoint> {
+    TONUS_TRY(service.check_alone());
+    return service.step();
+  });
+  if (!ended) return runtime::report(program, ended.error());
   service.finish();
   return 0;
 }

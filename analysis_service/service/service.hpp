@@ -55,6 +55,9 @@ class IdentificationService {
   /// Handles all there is; returns when to call again at the latest.
   Clock::TimePoint step();
 
+  /// As HealthReporter::check_alone().
+  [[nodiscard]] Result<void> check_alone() const { return health_.check_alone(); }
+
   /// Called once, when the service is to end: publishes what the trials that have come still owe, above all
   /// the estimates behind the last verdicts, and waits until their readers have them. Takes 2 s at most.
   void finish();

@@ -1,7 +1,7 @@
 /* Prints every change of a session's state: Cyclone DDS alone, in C, with the types that idlc makes from
  * idl/session.idl.
  *
- *   tonus-example-cyclonedds [DOMAIN]
+ *   tonus-example-cyclonedds [DOMAIN [RIG]]
  */
 
 #include <dds/dds.h>
@@ -23,7 +23,8 @@ static const char kConfined[] =
     "<CycloneDDS><Domain Id=\"any\"><General><Interfaces>"
     "<NetworkInterface address=\"127.0.0.1\" multicast=\"false\"/></Interfaces>"
     "<AllowMulticast>false</AllowMulticast></General>"
-    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>59</MaxAutoParticipantIndex>"
+    "<Discovery><ParticipantIndex>auto</ParticipantIndex><MaxAutoParticipantIndex>59</"
+    "MaxAutoParticipantIndex>"
     "<Peers><Peer Address=\"127.0.0.1\"/></Peers></Discovery>"
     "<Internal><GenerateKeyhash>true</GenerateKeyhash></Internal></Domain></CycloneDDS>";
 
@@ -42,8 +43,8 @@ int main(int argc, char** argv) {
 
   checked(dds_create_domain(domain, kConfined), "domain");
   const dds_entity_t participant = checked(dds_create_participant(domain, NULL, NULL), "participant");
-  const dds_entity_t topic =
-      checked(dds_create_topic(participant, &tonus_v1_SessionState_desc, "session/state", NULL, NULL), "topic");
+  const dds_entity_t topic = checked(
+      dds_create_topic(participant, &tonus_v1_SessionState_desc, "session/state", NULL, NULL), "topic");
 
   /* The reading side of the quality "latest": idl/README.md. */
   dds_qos_t* qos = dds_create_qos();
@@ -51,6 +52,8 @@ int main(int argc, char** argv) {
   dds_qset_durability(qos, DDS_DURABILITY_TRANSIENT_LOCAL);
   const dds_data_representation_id_t plain_cdr = DDS_DATA_REPRESENTATION_XCDR1;
   dds_qset_data_representation(qos, 1, &plain_cdr);
+  const char* rig = argc > 2 ? argv[2] : "rig"; /* "*": every rig of the domain */
+  dds_qset_partition(qos, 1, &rig);
   const dds_entity_t reader = checked(dds_create_reader(participant, topic, qos, NULL), "reader");
   dds_delete_qos(qos);
 
@@ -66,8 +69,8 @@ int main(int argc, char** argv) {
     for (dds_return_t i = 0; i < count; ++i) {
       const tonus_v1_SessionState* state = samples[i];
       if (!infos[i].valid_data) continue;
-      printf("phase %d: %u of %u trials counted, %u rejected, posture %s\n", (int)state->phase, state->counted,
-             state->planned, state->rejected, state->posture);
+      printf("phase %d: %u of %u trials counted, %u rejected, posture %s\n", (int)state->phase,
+             state->counted, state->planned, state->rejected, state->posture);
       fflush(stdout);
     }
     if (count > 0) dds_return_loan(reader, samples, count);

@@ -1,7 +1,7 @@
 // Prints every estimate as it is published: Fast DDS alone, with the types that fastddsgen makes from
 // idl/estimate.idl.
 //
-//   tonus-example-fastdds [DOMAIN]
+//   tonus-example-fastdds [DOMAIN [RIG]]
 
 #include <csignal>
 #include <cstdio>
@@ -82,7 +82,9 @@ int main(int argc, char** argv) {
   type.register_type(participant);
   auto* topic =
       participant->create_topic("estimate/condition", type.get_type_name(), fast::TOPIC_QOS_DEFAULT);
-  auto* subscriber = participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT);
+  fast::SubscriberQos of_rig;
+  of_rig.partition().push_back(argc > 2 ? argv[2] : "rig");  // "*": every rig of the domain
+  auto* subscriber = participant->create_subscriber(of_rig);
   auto* reader = subscriber->create_datareader(topic, latest());
 
   while (is_ended == 0) {

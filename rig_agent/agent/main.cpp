@@ -142,6 +142,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   if (!endpoints) return endpoints.error();
   auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_RIG, common, notifier);
   if (!health) return health.error();
+  TONUS_TRY(runtime::listen_for_others(*health, common, clock, *notifier, stop));
 
   const std::uint64_t epoch = clock.utc_ns();
   rig::Publisher::Options publishing{.rig = rig->names().id, .epoch = epoch};
@@ -172,7 +173,8 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   if (!report) return report.error();
 
   health->set_warnings(warnings_of(rig->names(), rig->driver().capabilities()));
-  runtime::run_loop(*notifier, stop, [&] {
+  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&]() -> Result<Clock::TimePoint> {
+    TONUS_TRY(health->check_alone());
     if (const std::string problem = watchdog ? watchdog->problem() : ""; !problem.empty())
       agent.hold(problem, true);
     if (const std::string doubled = health->other(); !doubled.empty()) agent.hold(doubled, true);
@@ -192,7 +194,8 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
     std::_Exit(EXIT_FAILURE);
   }
   rig->driver().deactivate();
-  return spool->sync();
+  TONUS_TRY(spool->sync());
+  return ended;
 }
 
 }  // namespace

@@ -79,6 +79,7 @@ Result<void> run(const Options& options) {
   TONUS_TRY_ASSIGN(const auto bus, runtime::open_bus(options.common, kProgram));
   TONUS_TRY_ASSIGN(auto health,
                    runtime::HealthReporter::create(*bus, clock, v1::ROLE_ARCHIVE, options.common, notifier));
+  TONUS_TRY(runtime::listen_for_others(health, options.common, clock, *notifier, stop));
   const auto store = open_store(store_name, health, *notifier, stop, clock);
   if (!store) return store.error();
   archive::Ingest ingest(**store, clock);
@@ -90,7 +91,7 @@ Result<void> run(const Options& options) {
                    runtime::ClockComparison::create(*bus, clock, health.instance(), notifier, {}));
   spdlog::info("store '{}'", (*store)->name());
 
-  runtime::run_loop(*notifier, stop, [&] {
+  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&]() -> Result<Clock::TimePoint> {
     const auto due = service->step();
     roster.update();
     const auto compare_due = clocks.step(roster);
@@ -98,10 +99,13 @@ Result<void> run(const Options& options) {
     const std::string why = service->why_not_ready();
     health.set_state(why.empty(), why.empty() ? "stores to " + (*store)->name() + disk.need_text() : why);
     health.set_load(service->lag(), static_cast<std::uint32_t>(status.waiting_items), service->dropped());
-    return std::min({due, compare_due, health.publish_if_due()});
+    const auto health_due = health.publish_if_due();
+    TONUS_TRY(health.check_alone());
+    return std::min({due, compare_due, health_due});
   });
-  take_the_rest(*service, *notifier, clock);
-  return ingest.finish();
+  if (ended) take_the_rest(*service, *notifier, clock);
+  TONUS_TRY(ingest.finish());
+  return ended;
 }
 
 }  // namespace

@@ -4,7 +4,9 @@
 #include <chrono>
 #include <cstddef>
 #include <cstdint>
+#include <filesystem>
 #include <memory>
+#include <optional>
 #include <span>
 #include <string>
 #include <string_view>
@@ -135,12 +137,32 @@ class Bus {
                                                                       std::shared_ptr<Notifier> notifier) = 0;
 };
 
+/// Where a discovery server of Fast DDS listens.
+struct DiscoveryServerAddress {
+  std::string address;  ///< IPv4, dotted.
+  std::uint16_t port = 11811;
+};
+
 /// Where packets may go. The default never leaves the machine: loopback, unicast only. A laboratory's network
 /// names its interface by address and its hosts as peers; there is no multicast in either.
 struct NetworkProfile {
   std::string interface_address = "127.0.0.1";  ///< IPv4, dotted.
   std::vector<std::string> peers = {
       "127.0.0.1"};  ///< IPv4, dotted; every host that takes part, this one too.
+  /// kFastDds only: where there are any, participants are found by asking these, and `peers` is not used. All
+  /// processes name the same servers in the same order.
+  std::vector<DiscoveryServerAddress> discovery_servers;
+};
+
+/// What DDS Security needs of one identity: PEM files, and documents signed by the authority. All
+/// participants of a secured domain are of one vendor.
+struct SecurityFiles {
+  std::filesystem::path authority;  ///< Certificate that signed all others, and governance and permissions.
+  std::filesystem::path revoked;    ///< Its list of revoked certificates.
+  std::filesystem::path certificate;
+  std::filesystem::path key;
+  std::filesystem::path governance;   ///< What the domain protects.
+  std::filesystem::path permissions;  ///< What this identity may write and read.
 };
 
 class MemoryFabric;
@@ -150,6 +172,11 @@ struct BusOptions {
   int domain = 0;  ///< 0 to 232.
   NetworkProfile network;
   std::string participant_name = "tonus";
+  /// Writers and readers of one partition hear each other alone; several rigs share a domain that way. Empty:
+  /// DDS's default partition. kMemory has no partitions.
+  std::string partition;
+  std::optional<SecurityFiles>
+      security;  ///< None: messages are neither encrypted nor checked. Not for kMemory.
   /// How long a participant that fell silent (killed, cut off) keeps its place with its peers. A reliable
   /// kKeepAll writer waits for a dead reader this long; a reader that is stopped for longer has to be found
   /// anew.
@@ -160,5 +187,9 @@ struct BusOptions {
 /// Joins the domain. kInvalidArgument names the option, its value and what is allowed; kUnavailable when the
 /// carrier cannot open its sockets.
 [[nodiscard]] Result<std::unique_ptr<Bus>> create_bus(const BusOptions& options);
+
+/// The IPv4 address, dotted, of an interface of this machine that is named by itself ("eth0") or by its
+/// address. kUnavailable: there is none.
+[[nodiscard]] Result<std::string> own_address(const std::string& interface);
 
 }  // namespace tonus::bus

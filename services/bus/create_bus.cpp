@@ -1,4 +1,9 @@
+#include <algorithm>
 #include <arpa/inet.h>
+#include <array>
+#include <cctype>
+#include <cerrno>
+#include <cstring>
 #include <ifaddrs.h>
 #include <memory>
 
@@ -6,6 +11,7 @@
 #include "services/bus/cyclonedds/cyclonedds_bus.hpp"
 #include "services/bus/fastdds/fastdds_bus.hpp"
 #include "services/bus/memory/memory_bus.hpp"
+#include "services/bus/options_check.hpp"
 #include "services/bus/sanitizer_exceptions.hpp"
 #include "services/bus/vendor_environment.hpp"
 
@@ -21,19 +27,18 @@ Result<void> check_address(const char* what, const std::string& address) {
               std::string(what) + " '" + address + "': an IPv4 address such as 127.0.0.1 is needed");
 }
 
-/// Fast DDS would carry on without any interface, and without a word.
-bool is_own_address(const std::string& address) {
-  in_addr wanted{};
-  inet_pton(AF_INET, address.c_str(), &wanted);
-  ifaddrs* first = nullptr;
-  if (getifaddrs(&first) != 0) return true;  // then the carrier finds out
-  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> list(first, freeifaddrs);
-  for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
-    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
-    if (reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr.s_addr == wanted.s_addr) return true;
-  }
-  return false;
+std::string dotted(const in_addr& address) {
+  std::array<char, INET_ADDRSTRLEN> text{};
+  inet_ntop(AF_INET, &address, text.data(), text.size());
+  return text.data();
 }
+
+/// A character that means something in a pattern of partitions, or in a settings file of a carrier.
+bool is_plain(char c) {
+  return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+}
+
+}  // namespace
 
 Result<void> check_options(const BusOptions& options) {
   if (options.domain < 0 || options.domain > kMaximumDomain) {
@@ -52,10 +57,20 @@ Result<void> check_options(const BusOptions& options) {
   for (const std::string& peer : options.network.peers) {
     if (auto good = check_address("peer", peer); !good) return good;
   }
+  for (const DiscoveryServerAddress& server : options.network.discovery_servers) {
+    if (auto good = check_address("discovery server", server.address); !good) return good;
+  }
+  if (!options.network.discovery_servers.empty() && options.vendor == Vendor::kCycloneDds) {
+    return fail(ErrorCode::kInvalidArgument, "discovery server " +
+                                                 options.network.discovery_servers.front().address +
+                                                 ": Cyclone DDS cannot use one; expected peers, or fastdds");
+  }
+  if (!std::all_of(options.partition.begin(), options.partition.end(), is_plain)) {
+    return fail(ErrorCode::kInvalidArgument,
+                "partition '" + options.partition + "': letters, digits, '-', '_' and '.' are allowed");
+  }
   return {};
 }
-
-}  // namespace
 
 Result<Vendor> parse_vendor(std::string_view text) {
   for (const Vendor vendor : {Vendor::kMemory, Vendor::kFastDds, Vendor::kCycloneDds}) {
@@ -77,12 +92,28 @@ std::string_view vendor_name(Vendor vendor) {
   return "unknown";
 }
 
+Result<std::string> own_address(const std::string& interface) {
+  ifaddrs* first = nullptr;
+  if (getifaddrs(&first) != 0)
+    return fail(ErrorCode::kUnavailable, "list of interfaces failed: " + std::string(std::strerror(errno)));
+  const std::unique_ptr<ifaddrs, void (*)(ifaddrs*)> list(first, freeifaddrs);
+  in_addr parsed{};
+  const bool is_address = inet_pton(AF_INET, interface.c_str(), &parsed) == 1;
+  for (const ifaddrs* one = first; one != nullptr; one = one->ifa_next) {
+    if (one->ifa_addr == nullptr || one->ifa_addr->sa_family != AF_INET) continue;
+    const in_addr own = reinterpret_cast<const sockaddr_in*>(one->ifa_addr)->sin_addr;
+    if (is_address ? own.s_addr == parsed.s_addr : interface == one->ifa_name) return dotted(own);
+  }
+  return fail(ErrorCode::kUnavailable,
+              is_address
+                  ? "interface address " + interface + ": no interface of this machine has it"
+                  : "interface '" + interface + "': this machine has none of that name with an IPv4 address");
+}
+
 Result<std::unique_ptr<Bus>> create_bus(const BusOptions& options) {
   if (auto good = check_options(options); !good) return good.error();
-  if (options.vendor != Vendor::kMemory && !is_own_address(options.network.interface_address)) {
-    return fail(ErrorCode::kUnavailable, "interface address " + options.network.interface_address +
-                                             ": no interface of this machine has it");
-  }
+  // Fast DDS would carry on without any interface, and without a word.
+  if (options.vendor != Vendor::kMemory) TONUS_TRY(own_address(options.network.interface_address));
   ignore_vendor_environment();
   switch (options.vendor) {
     case Vendor::kMemory:

@@ -36,6 +36,8 @@ Result<void> status(const runtime::CommonOptions& common) {
     std::printf("%-15s %-10s %-9s %s%s\n", runtime::role_name(health.role()), health.name().c_str(),
                 health.is_ready() ? "ready" : "not ready", health.state().c_str(),
                 health.dropped() > 0 ? fmt::format(", {} dropped", health.dropped()).c_str() : "");
+    if (const std::string differs = runtime::difference(health); !differs.empty())
+      std::printf("%-15s warning: %s\n", "", differs.c_str());
     for (const auto& warning : health.warnings()) std::printf("%-15s warning: %s\n", "", warning.c_str());
   }
   if (const auto& session = client.newest_state()) {

@@ -15,7 +15,10 @@ using Command = std::function<int()>;
 void add_up_command(CLI::App& app, Command& chosen);
 void add_run_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
+void add_discovery_server_command(CLI::App& app, Command& chosen);
+void add_doctor_command(CLI::App& app, Command& chosen);
 void add_status_command(CLI::App& app, Command& chosen);
+void add_pki_commands(CLI::App& app, Command& chosen);  ///< init, issue, list, revoke, renew
 void add_report_command(CLI::App& app, Command& chosen);
 void add_identify_command(CLI::App& app, Command& chosen);
 void add_ls_command(CLI::App& app, Command& chosen);

@@ -16,8 +16,11 @@ int main(int argc, char** argv) {
   cli::add_up_command(app, chosen);
   cli::add_run_command(app, chosen);
   cli::add_demo_command(app, chosen);
+  cli::add_discovery_server_command(app, chosen);
+  cli::add_doctor_command(app, chosen);
   cli::add_status_command(app, chosen);
   cli::add_steering_commands(app, chosen);
+  cli::add_pki_commands(app, chosen);
   cli::add_identify_command(app, chosen);
   cli::add_report_command(app, chosen);
   cli::add_ls_command(app, chosen);

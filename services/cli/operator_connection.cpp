@@ -3,6 +3,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "services/runtime/security.hpp"
+
 namespace tonus::cli {
 namespace {
 
@@ -17,7 +19,7 @@ Result<std::unique_ptr<OperatorConnection>> OperatorConnection::join(const runti
   auto bus = runtime::open_bus(options, "tonus");
   if (!bus) return bus.error();
   end->bus_ = std::move(*bus);
-  auto client = SessionClient::create(*end->bus_, end->clock_, end->notifier_);
+  auto client = SessionClient::create(*end->bus_, end->clock_, end->notifier_, runtime::may_command(options));
   if (!client) return client.error();
   end->client_.emplace(std::move(*client));
   end->rig_ = options.rig;

@@ -16,12 +16,22 @@ namespace {
 constexpr std::chrono::milliseconds kLook{100};
 constexpr std::chrono::milliseconds kAskAgain{500};
 
+/// None where this end may not command.
+template <typename T>
+Result<std::optional<bus::TypedWriter<T>>> command_writer(bus::Bus& bus, const bus::Topic<T>& topic,
+                                                          bool may_command) {
+  std::optional<bus::TypedWriter<T>> writer;
+  if (!may_command) return writer;
+  TONUS_TRY_ASSIGN(writer, bus::TypedWriter<T>::create(bus, topic));
+  return writer;
+}
+
 }  // namespace
 
 Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
-                                            std::shared_ptr<bus::Notifier> notifier) {
-  auto commands = bus::TypedWriter<v1::SessionCommand>::create(bus, topics::kSessionCommand);
-  if (!commands) return commands.error();
+                                            std::shared_ptr<bus::Notifier> notifier, bool may_command) {
+  TONUS_TRY_ASSIGN(auto commands, command_writer(bus, topics::kSessionCommand, may_command));
+  TONUS_TRY_ASSIGN(auto rig_commands, command_writer(bus, topics::kRigCommand, may_command));
   auto replies = bus::TypedReader<v1::SessionReply>::create(bus, topics::kSessionReply, notifier);
   if (!replies) return replies.error();
   auto states = bus::TypedReader<v1::SessionState>::create(bus, topics::kSessionState, notifier);
@@ -33,12 +43,11 @@ Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
   auto descriptions = bus::TypedReader<v1::RigDescription>::create(bus, topics::kRigDescription, notifier);
   if (!descriptions) return descriptions.error();
   TONUS_TRY_ASSIGN(auto rig_states, bus::TypedReader<v1::RigState>::create(bus, topics::kRigState, notifier));
-  TONUS_TRY_ASSIGN(auto rig_commands, bus::TypedWriter<v1::RigCommand>::create(bus, topics::kRigCommand));
   TONUS_TRY_ASSIGN(auto rig_replies,
                    bus::TypedReader<v1::RigReply>::create(bus, topics::kRigReply, notifier));
   auto roster = runtime::Roster::create(bus, clock, notifier);
   if (!roster) return roster.error();
-  return SessionClient({std::move(*commands), std::move(*replies), std::move(*states), std::move(*estimates),
+  return SessionClient({std::move(commands), std::move(*replies), std::move(*states), std::move(*estimates),
                         std::move(*verdicts), std::move(*descriptions), std::move(rig_states),
                         std::move(rig_commands), std::move(rig_replies)},
                        std::move(*roster), clock, std::move(notifier));
@@ -94,15 +103,19 @@ Result<void> SessionClient::wait_for(const std::function<bool()>& done, std::chr
 }
 
 template <typename Command>
-Result<std::string> SessionClient::ask(bus::TypedWriter<Command>& writer, Command command,
+Result<std::string> SessionClient::ask(std::optional<bus::TypedWriter<Command>>& writer, Command command,
                                        std::chrono::milliseconds limit, const char* who) {
+  if (!writer) {
+    return fail(ErrorCode::kInvalidArgument,
+                "this host has a viewer's certificate only: it may read and stop; expected an operator's");
+  }
   const Id id = random_id();
   command.request_id(id);
   if (command.requested_by().empty()) command.requested_by("command line");
   const auto deadline = clock_->now() + limit;
   while (clock_->now() < deadline) {
     // A command that finds the history full or no reader is sent again below.
-    (void)writer.write(command);
+    (void)writer->write(command);
     if (!wait_for([&] { return replies_.contains(id); }, kAskAgain)) continue;
     const auto& reply = replies_.at(id);
     if (!reply.is_done) return fail(ErrorCode::kInvalidArgument, reply.message);

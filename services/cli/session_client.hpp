@@ -24,8 +24,11 @@ namespace tonus::cli {
 /// One thread; update() takes what has arrived, the rest tells what is known.
 class SessionClient {
  public:
+  /// With `may_command` false requests are refused here: on a secured bus, one who may only read could not
+  /// even create what they are written with.
   [[nodiscard]] static Result<SessionClient> create(bus::Bus& bus, const Clock& clock,
-                                                    std::shared_ptr<bus::Notifier> notifier);
+                                                    std::shared_ptr<bus::Notifier> notifier,
+                                                    bool may_command = true);
 
   void update();
 
@@ -62,18 +65,19 @@ class SessionClient {
 
  private:
   struct Endpoints {
-    bus::TypedWriter<v1::SessionCommand> commands;
+    /// None where this end may not command.
+    std::optional<bus::TypedWriter<v1::SessionCommand>> commands;
     bus::TypedReader<v1::SessionReply> replies;
     bus::TypedReader<v1::SessionState> states;
     bus::TypedReader<v1::Estimate> estimates;
     bus::TypedReader<v1::TrialVerdict> verdicts;
     bus::TypedReader<v1::RigDescription> descriptions;
     bus::TypedReader<v1::RigState> rig_states;
-    bus::TypedWriter<v1::RigCommand> rig_commands;
+    std::optional<bus::TypedWriter<v1::RigCommand>> rig_commands;
     bus::TypedReader<v1::RigReply> rig_replies;
   };
   template <typename Command>
-  [[nodiscard]] Result<std::string> ask(bus::TypedWriter<Command>& writer, Command command,
+  [[nodiscard]] Result<std::string> ask(std::optional<bus::TypedWriter<Command>>& writer, Command command,
                                         std::chrono::milliseconds limit, const char* who);
   SessionClient(Endpoints endpoints, runtime::Roster roster, const Clock& clock,
                 std::shared_ptr<bus::Notifier> notifier);

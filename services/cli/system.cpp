@@ -37,7 +37,9 @@ Arguments common_arguments(const runtime::CommonOptions& common, const std::file
       .add("--rig", common.rig)
       .add("--data", data.string())
       .add("--log", common.log_level);
-  for (const auto& address : common.network) arguments.add("--network", address);
+  arguments.add("--security", common.security).add("--interface", common.interface);
+  for (const auto& peer : common.peers) arguments.add("--peers", peer);
+  for (const auto& server : common.discovery_servers) arguments.add("--discovery-servers", server);
   return arguments;
 }
 

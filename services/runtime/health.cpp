@@ -1,7 +1,9 @@
 #include "services/runtime/health.hpp"
 
+#include <algorithm>
 #include <array>
 #include <spdlog/fmt/fmt.h>
+#include <tuple>
 #include <unistd.h>
 #include <utility>
 
@@ -18,6 +20,9 @@ namespace {
 
 constexpr std::chrono::milliseconds kPeriod{500};
 constexpr int kReportsOfAnother = 3;  // one that was just replaced may still be heard once
+constexpr int kReportsOfSecond = 8;   // a second one has ended by then
+constexpr std::chrono::seconds kNew{10};
+constexpr std::chrono::seconds kListening{4};  // discovery, and kReportsOfAnother reports
 constexpr std::chrono::seconds kOtherForgotten{3};
 constexpr std::size_t kMostWarnings = 16;  // the contract's bound
 
@@ -97,7 +102,8 @@ HealthReporter::HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
       others_(std::move(others)),
       clock_answer_(std::move(clock_answer)),
       clock_(&clock),
-      health_(std::move(health)) {}
+      health_(std::move(health)),
+      begun_(clock.now()) {}
 
 HealthReporter::HealthReporter(HealthReporter&& other) noexcept
     : writer_(std::exchange(other.writer_, std::nullopt)),
@@ -107,6 +113,7 @@ HealthReporter::HealthReporter(HealthReporter&& other) noexcept
       clock_(other.clock_),
       health_(std::move(other.health_)),
       other_(std::move(other.other_)),
+      begun_(other.begun_),
       due_(other.due_),
       has_changed_(other.has_changed_) {}
 
@@ -155,8 +162,21 @@ void HealthReporter::hear_others() {
   if (other_ && clock_->now() - other_->heard > kOtherForgotten) other_.reset();
 }
 
-std::string HealthReporter::other() const {
+bool HealthReporter::is_older_than_other() const {
+  const auto order = [](const v1::ServiceHealth& health) {
+    return std::tuple(health.started_ns(), health.host(), health.process_id());
+  };
+  return order(health_) < order(other_->health);
+}
+
+Result<void> HealthReporter::check_alone() const {
   if (!other_ || other_->reports < kReportsOfAnother) return {};
+  if (is_older_than_other() || clock_->now() - begun_ > kNew) return {};
+  return fail(ErrorCode::kAlreadyExists, other());
+}
+
+std::string HealthReporter::other() const {
+  if (!other_ || other_->reports < (is_older_than_other() ? kReportsOfSecond : kReportsOfAnother)) return {};
   return fmt::format("another {} '{}' is on the bus: process {} on {}; end one of them",
                      role_name(health_.role()), health_.name(), other_->health.process_id(),
                      other_->health.host());
@@ -180,6 +200,34 @@ void HealthReporter::publish() {
   (void)writer_->write(report);
   has_changed_ = false;
   due_ = clock_->now() + kPeriod;
+}
+
+Result<void> listen_for_others(HealthReporter& health, const CommonOptions& options, const Clock& clock,
+                               bus::Notifier& notifier, const StopSignal& stop) {
+  if (options.interface.empty()) return {};
+  health.set_state(false, "starting: listens for another one of its kind on the network");
+  const auto end = clock.now() + kListening;
+  while (clock.now() < end && !stop.is_requested()) {
+    const auto due = health.publish_if_due();
+    TONUS_TRY(health.check_alone());
+    (void)notifier.wait_until(std::min({due, end, clock.now() + kPeriod}));
+  }
+  return {};
+}
+
+std::string difference(const v1::ServiceHealth& health) {
+  const char* role = role_name(health.role());
+  if (health.idl_hash() != idl_hash()) {
+    return fmt::format(
+        "{} on {} speaks contract {} (version {}), this program {} (version {}); install one version "
+        "everywhere",
+        role, health.host(), to_hex(health.idl_hash()), health.software_version(), v1::kIdlHash, kVersion);
+  }
+  if (health.software_version() != kVersion) {
+    return fmt::format("{} on {} has version {}, this program {}; install one version everywhere", role,
+                       health.host(), health.software_version(), kVersion);
+  }
+  return {};
 }
 
 Result<Roster> Roster::create(bus::Bus& bus, const Clock& clock, std::shared_ptr<bus::Notifier> notifier) {
@@ -232,13 +280,16 @@ std::uint64_t Roster::reports(v1::ServiceRole role) const {
 std::string Roster::missing(const std::vector<v1::ServiceRole>& roles, bool must_be_ready) const {
   std::string text;
   const auto add = [&text](const std::string& item) { text += (text.empty() ? "" : "; ") + item; };
+  const std::string unreadable =
+      reader_.status().malformed > 0
+          ? " (a service reports here that cannot be read: it is of another version)"
+          : "";
   for (const auto role : roles) {
     const auto health = find(role);
     if (!health) {
-      add(fmt::format("{} is not there", role_name(role)));
-    } else if (health->idl_hash() != idl_hash()) {
-      add(fmt::format("{} speaks contract {}, this program {}", role_name(role), to_hex(health->idl_hash()),
-                      v1::kIdlHash));
+      add(fmt::format("{} is not there{}", role_name(role), unreadable));
+    } else if (const std::string differs = difference(*health); !differs.empty()) {
+      add(differs);
     } else if (must_be_ready && !health->is_ready()) {
       add(fmt::format("{} is not ready: {}", role_name(role), health->state()));
     }

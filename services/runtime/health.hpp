@@ -10,6 +10,7 @@
 #include "services/bus/typed.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
+#include "services/core/lifetime.hpp"
 #include "services/runtime/clock_answer.hpp"
 #include "services/runtime/options.hpp"
 
@@ -51,6 +52,10 @@ class HealthReporter {
   /// must not serve one rig, and this one is then not ready. Empty: none was heard of late.
   [[nodiscard]] std::string other() const;
 
+  /// kAlreadyExists with other() where this process is the second of two: it has just started, and the other
+  /// had started before. It should end; until it has, the first one goes on as ready.
+  [[nodiscard]] Result<void> check_alone() const;
+
  private:
   HealthReporter(bus::TypedWriter<v1::ServiceHealth> writer,
                  bus::TypedWriter<v1::ServiceConfiguration> configuration,
@@ -58,6 +63,7 @@ class HealthReporter {
                  v1::ServiceHealth health);
   void publish();
   void hear_others();
+  [[nodiscard]] bool is_older_than_other() const;
 
   std::optional<bus::TypedWriter<v1::ServiceHealth>> writer_;
   bus::TypedWriter<v1::ServiceConfiguration> configuration_;  ///< Kept, for late joiners.
@@ -72,11 +78,24 @@ class HealthReporter {
     Clock::TimePoint heard;
   };
   std::optional<Other> other_;
+  Clock::TimePoint begun_;
   Clock::TimePoint due_;
   bool has_changed_ = true;
 };
 
-/// What is known of all services from their health: who is there, ready, and of the same contract.
+/// On a lab's network, before a service begins to act: it reports that it is not ready yet and hears for 4 s
+/// whether another of its role and rig does, on whatever host. kAlreadyExists as
+/// HealthReporter::check_alone(). Returns at once on one machine alone, where locks and folders keep a second
+/// one out, and soon after the stop signal.
+[[nodiscard]] Result<void> listen_for_others(HealthReporter& health, const CommonOptions& options,
+                                             const Clock& clock, bus::Notifier& notifier,
+                                             const StopSignal& stop);
+
+/// How a service differs from this program in contract or version, with its host; empty: it does not.
+[[nodiscard]] std::string difference(const v1::ServiceHealth& health);
+
+/// What is known of all services from their health: who is there, ready, and of the same contract and
+/// version.
 class Roster {
  public:
   /// A service that has not been heard of for this long is gone: four missed reports.
@@ -97,8 +116,12 @@ class Roster {
   /// How many reports of a role's service have been taken since it appeared; 0: it is not there.
   [[nodiscard]] std::uint64_t reports(v1::ServiceRole role) const;
 
-  /// Empty if each of `roles` is there, of this program's contract, and ready; else a line that says of each
-  /// one that is not what is wrong with it. With `must_be_ready` false a service need only be there.
+  /// Reports that this program's contract cannot read: those of another version.
+  [[nodiscard]] std::uint64_t unreadable() const { return reader_.status().malformed; }
+
+  /// Empty if each of `roles` is there, of this program's contract and version, and ready; else a line that
+  /// says of each one that is not what is wrong with it. With `must_be_ready` false a service need only be
+  /// there.
   [[nodiscard]] std::string missing(const std::vector<v1::ServiceRole>& roles,
                                     bool must_be_ready = true) const;
 

@@ -5,6 +5,7 @@
 #include "services/bus/notifier.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/lifetime.hpp"
+#include "services/core/result.hpp"
 
 namespace tonus::runtime {
 
@@ -17,6 +18,17 @@ inline void run_loop(bus::Notifier& notifier, const StopSignal& stop,
     if (stop.is_requested()) return;
     (void)notifier.wait_until(due);
     if (stop.is_requested()) return;
+  }
+}
+
+/// As above; a step's error ends the loop and is returned.
+[[nodiscard]] inline Result<void> run_loop_until_error(
+    bus::Notifier& notifier, const StopSignal& stop, const std::function<Result<Clock::TimePoint>()>& step) {
+  while (true) {
+    TONUS_TRY_ASSIGN(const Clock::TimePoint due, step());
+    if (stop.is_requested()) return {};
+    (void)notifier.wait_until(due);
+    if (stop.is_requested()) return {};
   }
 }
 

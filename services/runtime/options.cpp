@@ -10,6 +10,8 @@
 
 #include "services/core/name.hpp"
 #include "services/runtime/configuration.hpp"
+#include "services/runtime/network.hpp"
+#include "services/runtime/security.hpp"
 #include "services/runtime/version.hpp"
 
 namespace tonus::runtime {
@@ -23,16 +25,25 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
       ->envname("TONUS_DDS")
       ->check(CLI::IsMember({"fastdds", "cyclonedds"}))
       ->capture_default_str();
-  app.add_option("--rig", options.rig, "name of the rig: letters, digits, - and _")
+  app.add_option("--rig", options.rig,
+                 "name of the rig: letters, digits, - and _; several rigs may share a network and a domain")
       ->envname("TONUS_RIG")
       ->check(CLI::Validator([](const std::string& name) { return fault_of_name(name); }, ""))
       ->capture_default_str();
   app.add_option("--data", options.data, "folder for everything that is kept")->envname("TONUS_DATA");
-  app.add_option(
-         "--network", options.network,
-         "address of this machine's interface, then of each peer, for a lab network (default: this machine "
-         "only)")
-      ->expected(1, 64);
+  app.add_option("--interface", options.interface,
+                 "network interface of the lab, by name or address (default: this machine only)")
+      ->envname("TONUS_INTERFACE");
+  app.add_option("--peers", options.peers, "the lab's other hosts, by name or address, with commas between")
+      ->envname("TONUS_PEERS")
+      ->delimiter(',');
+  app.add_option("--discovery-servers", options.discovery_servers,
+                 "instead of peers, with fastdds: ADDRESS:PORT of `tonus discovery-server` (port 11811)")
+      ->envname("TONUS_DISCOVERY_SERVERS")
+      ->delimiter(',');
+  app.add_option("--security", options.security,
+                 "folder of this host's certificates, made by `tonus pki issue` (default: no security)")
+      ->envname("TONUS_SECURITY");
   app.add_option("--log", options.log_level, "debug, info, warn or error")
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
       ->capture_default_str();
@@ -79,11 +90,9 @@ Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const s
   bus_options.vendor = *vendor;
   bus_options.domain = options.domain;
   bus_options.participant_name = program;
-  if (!options.network.empty()) {
-    bus_options.network.interface_address = options.network.front();
-    bus_options.network.peers.assign(options.network.begin() + 1, options.network.end());
-    bus_options.network.peers.push_back(options.network.front());
-  }
+  bus_options.partition = options.rig;
+  TONUS_TRY_ASSIGN(bus_options.network, network_profile(options));
+  TONUS_TRY_ASSIGN(bus_options.security, security_files(options, program));
   return bus::create_bus(bus_options);
 }
 

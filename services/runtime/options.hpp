@@ -15,15 +15,18 @@ class App;
 namespace tonus::runtime {
 
 /// What every program of the system is told on its command line. Environment: TONUS_DOMAIN, TONUS_DDS,
-/// TONUS_RIG, TONUS_DATA.
+/// TONUS_RIG, TONUS_DATA, TONUS_INTERFACE, TONUS_PEERS, TONUS_DISCOVERY_SERVERS (lists with commas).
 struct CommonOptions {
   int domain = 47;
   std::string dds = "fastdds";
   std::string rig = "rig";
   std::string data;  ///< Folder for what the program keeps; default_data_folder() where empty.
   std::string log_level = "info";
-  std::vector<std::string> network;  ///< Interface address, then peers; empty: this machine only.
-  std::string configuration;         ///< Set by parsing: all of the program's options in force, as TOML.
+  std::string interface;                       ///< Name or address; empty: this machine only.
+  std::vector<std::string> peers;              ///< Names or addresses of the other hosts.
+  std::vector<std::string> discovery_servers;  ///< ADDRESS or ADDRESS:PORT.
+  std::string security;                        ///< Folder of this host's certificates; empty: no security.
+  std::string configuration;  ///< Set by parsing: all of the program's options in force, as TOML.
 };
 
 /// Adds the common options to `app`, which fills `options` when it is parsed, its configuration too.

@@ -33,6 +33,8 @@ int main(int argc, char** argv) {
   if (!endpoints) return runtime::report(program, endpoints.error());
   auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_SCHEDULER, common, notifier);
   if (!health) return runtime::report(program, health.error());
+  if (auto alone = runtime::listen_for_others(*health, common, clock, *notifier, stop); !alone)
+    return runtime::report(program, alone.error());
   auto roster = runtime::Roster::create(**bus, clock, notifier);
   if (!roster) return runtime::report(program, roster.error());
   auto lease_bus = runtime::open_bus(common, program + " lease");

@@ -101,6 +101,7 @@ Result<Clock::TimePoint> SchedulerService::step() {
   lease_->set(machine_.lease());
   report_health();
   Clock::TimePoint next = health_.publish_if_due();
+  TONUS_TRY(health_.check_alone());
   if (const auto due = machine_.next_deadline()) next = std::min(next, *due);
   if (!outbox_.empty()) next = std::min(next, clock_.now() + kOfferAgain);
   return std::min(next, clock_.now() + kSignOfLife);

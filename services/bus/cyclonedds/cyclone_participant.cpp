@@ -12,15 +12,39 @@ namespace tonus::bus {
 namespace {
 
 constexpr dds_domainid_t kFirstInternalDomain = 100000;  // clear of the ids that RTPS knows
+// Governance and permissions are checked against the internal id, and name only ids that RTPS knows.
+constexpr dds_domainid_t kFirstSecuredDomain = 0;
 
-/// A new domain under the first internal id that is free in this process.
-dds_entity_t create_domain(const std::string& configuration, dds_domainid_t& id) {
+/// A new domain under the first internal id from `first` on that is free in this process.
+dds_entity_t create_domain(const std::string& configuration, dds_domainid_t first, dds_domainid_t& id) {
   dds_entity_t domain = DDS_RETCODE_PRECONDITION_NOT_MET;
-  for (id = kFirstInternalDomain; domain == DDS_RETCODE_PRECONDITION_NOT_MET; ++id) {
+  for (id = first; domain == DDS_RETCODE_PRECONDITION_NOT_MET; ++id) {
     domain = dds_create_domain(id, configuration.c_str());
     if (domain >= 0) break;
   }
   return domain;
+}
+
+void secure(dds_qos_t* qos, const SecurityFiles& files) {
+  const auto load = [qos](const std::string& part, const char* library, const std::string& functions) {
+    const std::string name = "dds.sec." + part + ".library.";
+    dds_qset_prop(qos, (name + "path").c_str(), library);
+    dds_qset_prop(qos, (name + "init").c_str(), ("init_" + functions).c_str());
+    dds_qset_prop(qos, (name + "finalize").c_str(), ("finalize_" + functions).c_str());
+  };
+  const auto add_file = [qos](const char* name, const std::filesystem::path& file) {
+    dds_qset_prop(qos, name, ("file:" + file.string()).c_str());
+  };
+  load("auth", "dds_security_auth", "authentication");
+  load("access", "dds_security_ac", "access_control");
+  load("crypto", "dds_security_crypto", "crypto");
+  add_file("dds.sec.auth.identity_ca", files.authority);
+  add_file("dds.sec.auth.identity_certificate", files.certificate);
+  add_file("dds.sec.auth.private_key", files.key);
+  add_file("org.eclipse.cyclonedds.sec.auth.crl", files.revoked);
+  add_file("dds.sec.access.permissions_ca", files.authority);
+  add_file("dds.sec.access.governance", files.governance);
+  add_file("dds.sec.access.permissions", files.permissions);
 }
 
 std::string element(const std::string& name, const std::string& value) {
@@ -64,18 +88,27 @@ std::string cyclone_configuration(const BusOptions& options) {
          "</Internal></Domain></CycloneDDS>";
 }
 
-CycloneParticipant::CycloneParticipant(CycloneEntity domain, CycloneEntity participant)
-    : domain_(std::move(domain)), participant_(std::move(participant)) {}
+CycloneParticipant::CycloneParticipant(CycloneEntity domain, CycloneEntity participant,
+                                       const std::string& partition)
+    : domain_(std::move(domain)), participant_(std::move(participant)) {
+  const CycloneQos qos;
+  const char* name = partition.c_str();
+  if (!partition.empty()) dds_qset_partition(qos.get(), 1, &name);
+  publisher_ = CycloneEntity(dds_create_publisher(participant_.get(), qos.get(), nullptr));
+  subscriber_ = CycloneEntity(dds_create_subscriber(participant_.get(), qos.get(), nullptr));
+}
 
 Result<std::shared_ptr<CycloneParticipant>> CycloneParticipant::create(const BusOptions& options) {
   static std::mutex one_at_a_time;  // accept_only_at() finds the new sockets among those of the process
   const std::lock_guard lock(one_at_a_time);
   dds_domainid_t id = 0;
-  CycloneEntity domain(create_domain(cyclone_configuration(options), id));
+  CycloneEntity domain(create_domain(cyclone_configuration(options),
+                                     options.security ? kFirstSecuredDomain : kFirstInternalDomain, id));
   TONUS_TRY_ASSIGN(const std::size_t sockets,
                    accept_only_at(options.network.interface_address, options.domain));
   CycloneQos qos;
   dds_qset_entity_name(qos.get(), options.participant_name.c_str());
+  if (options.security) secure(qos.get(), *options.security);
   CycloneEntity participant(domain.get() > 0 ? dds_create_participant(id, qos.get(), nullptr) : domain.get());
   if (participant.get() <= 0 || sockets == 0) {
     return fail(ErrorCode::kUnavailable, "Cyclone DDS: no participant in domain " +
@@ -84,7 +117,7 @@ Result<std::shared_ptr<CycloneParticipant>> CycloneParticipant::create(const Bus
                                              ": is the address this machine's, and are its ports free?");
   }
   return std::shared_ptr<CycloneParticipant>(
-      new CycloneParticipant(std::move(domain), std::move(participant)));
+      new CycloneParticipant(std::move(domain), std::move(participant), options.partition));
 }
 
 Result<CycloneTopic> CycloneParticipant::create_topic(const TopicSpec& spec) {

@@ -37,11 +37,17 @@ class CycloneParticipant {
   [[nodiscard]] Result<CycloneTopic> create_topic(const TopicSpec& spec);
   [[nodiscard]] dds_entity_t get() const { return participant_.get(); }
 
+  /// Where writers and readers are made: in the partition of the options.
+  [[nodiscard]] dds_entity_t publisher() const { return publisher_.get(); }
+  [[nodiscard]] dds_entity_t subscriber() const { return subscriber_.get(); }
+
  private:
-  CycloneParticipant(CycloneEntity domain, CycloneEntity participant);
+  CycloneParticipant(CycloneEntity domain, CycloneEntity participant, const std::string& partition);
 
   CycloneEntity domain_;
   CycloneEntity participant_;
+  CycloneEntity publisher_;
+  CycloneEntity subscriber_;
 };
 
 /// The settings of a domain as Cyclone's XML: unicast on one interface, keys in clear, quick repair of

@@ -53,12 +53,13 @@ Result<void> CycloneReader::open(const TopicSpec& topic) {
   dds_lset_liveliness_changed(listener.get(), on_liveliness_changed);
   dds_lset_requested_deadline_missed(listener.get(), on_deadline_missed);
   dds_lset_sample_lost(listener.get(), on_sample_lost);
-  reader_ = CycloneEntity(dds_create_reader(participant_->get(), topic_.entity.get(),
+  reader_ = CycloneEntity(dds_create_reader(participant_->subscriber(), topic_.entity.get(),
                                             CycloneQos::of_reader(topic.qos).get(), listener.get()));
   if (reader_.get() <= 0) {
     return fail(ErrorCode::kInvalidArgument,
                 "topic '" + std::string(topic.name) +
-                    "': Cyclone DDS refuses a reader of this QoS: " + dds_strretcode(-reader_.get()));
+                    "': Cyclone DDS refuses a reader of this QoS, or of this identity: " +
+                    dds_strretcode(-reader_.get()));
   }
   return {};
 }

@@ -23,12 +23,13 @@ Result<std::unique_ptr<Writer>> CycloneWriter::create(std::shared_ptr<CyclonePar
                                                       const TopicSpec& topic) {
   auto cyclone_topic = participant->create_topic(topic);
   if (!cyclone_topic) return cyclone_topic.error();
-  CycloneEntity writer(dds_create_writer(participant->get(), cyclone_topic->entity.get(),
+  CycloneEntity writer(dds_create_writer(participant->publisher(), cyclone_topic->entity.get(),
                                          CycloneQos::of_writer(topic.qos).get(), nullptr));
   if (writer.get() <= 0) {
     return fail(ErrorCode::kInvalidArgument,
                 "topic '" + std::string(topic.name) +
-                    "': Cyclone DDS refuses a writer of this QoS: " + dds_strretcode(-writer.get()));
+                    "': Cyclone DDS refuses a writer of this QoS, or of this identity: " +
+                    dds_strretcode(-writer.get()));
   }
   return std::unique_ptr<Writer>(
       new CycloneWriter(std::move(participant), topic, std::move(*cyclone_topic), std::move(writer)));

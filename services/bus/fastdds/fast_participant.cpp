@@ -22,12 +22,22 @@ void turn_off_delivery_by_call() {
   });
 }
 
+template <typename GroupQos>
+GroupQos in_partition(GroupQos qos, const std::string& partition) {
+  if (!partition.empty()) qos.partition().push_back(partition.c_str());
+  return qos;
+}
+
 }  // namespace
 
 Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOptions& options) {
+  return create(options, fast_participant_qos(options));
+}
+
+Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOptions& options,
+                                                                 fast::DomainParticipantQos qos) {
   turn_off_delivery_by_call();
   auto received = std::make_shared<ReceivedPackets>();
-  fast::DomainParticipantQos qos = fast_participant_qos(options);
   check_packets(qos, received);
   auto* participant = fast::DomainParticipantFactory::get_instance()->create_participant(
       static_cast<fast::DomainId_t>(options.domain), qos, nullptr, fast::StatusMask::none());
@@ -37,15 +47,16 @@ Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOption
                                              options.network.interface_address +
                                              ": is the address this machine's, and are its ports free?");
   }
-  return std::shared_ptr<FastParticipant>(new FastParticipant(participant, std::move(received)));
+  return std::shared_ptr<FastParticipant>(
+      new FastParticipant(participant, options.partition, std::move(received)));
 }
 
-FastParticipant::FastParticipant(fast::DomainParticipant* participant,
+FastParticipant::FastParticipant(fast::DomainParticipant* participant, const std::string& partition,
                                  std::shared_ptr<ReceivedPackets> received)
     : received_(std::move(received)),
       participant_(participant),
-      publisher_(participant->create_publisher(fast::PUBLISHER_QOS_DEFAULT)),
-      subscriber_(participant->create_subscriber(fast::SUBSCRIBER_QOS_DEFAULT)) {}
+      publisher_(participant->create_publisher(in_partition(fast::PUBLISHER_QOS_DEFAULT, partition))),
+      subscriber_(participant->create_subscriber(in_partition(fast::SUBSCRIBER_QOS_DEFAULT, partition))) {}
 
 FastParticipant::~FastParticipant() {
   participant_->delete_publisher(publisher_);

@@ -21,6 +21,9 @@ namespace fast = eprosima::fastdds::dds;
 class FastParticipant {
  public:
   [[nodiscard]] static Result<std::shared_ptr<FastParticipant>> create(const BusOptions& options);
+  /// With another QoS than fast_participant_qos(): a discovery server's.
+  [[nodiscard]] static Result<std::shared_ptr<FastParticipant>> create(const BusOptions& options,
+                                                                       fast::DomainParticipantQos qos);
   ~FastParticipant();
   FastParticipant(const FastParticipant&) = delete;
   FastParticipant& operator=(const FastParticipant&) = delete;
@@ -33,7 +36,8 @@ class FastParticipant {
   [[nodiscard]] ReceivedPackets& received() { return *received_; }
 
  private:
-  FastParticipant(fast::DomainParticipant* participant, std::shared_ptr<ReceivedPackets> received);
+  FastParticipant(fast::DomainParticipant* participant, const std::string& partition,
+                  std::shared_ptr<ReceivedPackets> received);
   [[nodiscard]] Result<void> register_type(const std::string& type_name);
 
   std::shared_ptr<ReceivedPackets> received_;

@@ -2,6 +2,7 @@
 
 #include <fastdds/rtps/transport/UDPv4TransportDescriptor.h>
 #include <fastrtps/utils/IPLocator.h>
+#include <sstream>
 
 #include "services/bus/discovery_limits.hpp"
 
@@ -16,6 +17,7 @@ using std::chrono::milliseconds;
 constexpr std::uint32_t kSocketBufferBytes = 4 * 1024 * 1024;
 constexpr milliseconds kHeartbeatPeriod{10};  // the default of 3 s makes every lost packet cost seconds
 constexpr milliseconds kHeartbeatResponse{1};
+constexpr char kHexDigits[] = "0123456789abcdef";
 
 rtps::Locator_t locator(const std::string& address, std::uint32_t port) {
   rtps::Locator_t locator;
@@ -59,7 +61,49 @@ Duration_t fast_duration(milliseconds time) {
                     static_cast<std::uint32_t>(std::chrono::nanoseconds(time - seconds).count()));
 }
 
-fast::DomainParticipantQos fast_participant_qos(const BusOptions& options) {
+namespace {
+
+/// The server's identity by its place in the list, as eProsima's own tool gives it.
+rtps::GuidPrefix_t server_prefix(std::size_t index) {
+  rtps::GuidPrefix_t prefix;
+  std::istringstream("44.53." + std::string(1, kHexDigits[index / 16]) + kHexDigits[index % 16] +
+                     ".5f.45.50.52.4f.53.49.4d.41") >>
+      prefix;
+  return prefix;
+}
+
+void ask_servers(rtps::DiscoverySettings& discovery, const std::vector<DiscoveryServerAddress>& servers) {
+  discovery.discoveryProtocol = rtps::DiscoveryProtocol_t::CLIENT;
+  discovery.discoveryServer_client_syncperiod = fast_duration(milliseconds{100});
+  for (std::size_t i = 0; i < servers.size(); ++i) {
+    rtps::RemoteServerAttributes server;
+    server.guidPrefix = server_prefix(i);
+    server.metatrafficUnicastLocatorList.push_back(locator(servers[i].address, servers[i].port));
+    discovery.m_DiscoveryServers.push_back(server);
+  }
+}
+
+void secure(fast::DomainParticipantQos& qos, const SecurityFiles& files) {
+  const auto add = [&qos](const std::string& name, const std::string& value) {
+    qos.properties().properties().emplace_back(name, value);
+  };
+  const auto add_file = [&add](const std::string& name, const std::filesystem::path& file) {
+    add(name, "file://" + file.string());
+  };
+  add("dds.sec.auth.plugin", "builtin.PKI-DH");
+  add_file("dds.sec.auth.builtin.PKI-DH.identity_ca", files.authority);
+  add_file("dds.sec.auth.builtin.PKI-DH.identity_certificate", files.certificate);
+  add_file("dds.sec.auth.builtin.PKI-DH.identity_crl", files.revoked);
+  add_file("dds.sec.auth.builtin.PKI-DH.private_key", files.key);
+  add("dds.sec.access.plugin", "builtin.Access-Permissions");
+  add_file("dds.sec.access.builtin.Access-Permissions.permissions_ca", files.authority);
+  add_file("dds.sec.access.builtin.Access-Permissions.governance", files.governance);
+  add_file("dds.sec.access.builtin.Access-Permissions.permissions", files.permissions);
+  add("dds.sec.crypto.plugin", "builtin.AES-GCM-GMAC");
+}
+
+/// What participants and servers have alike: transport, interface, lease, security.
+fast::DomainParticipantQos confined_qos(const BusOptions& options) {
   fast::DomainParticipantQos qos;
   qos.name(options.participant_name);
   const NetworkProfile& network = options.network;
@@ -72,6 +116,20 @@ fast::DomainParticipantQos fast_participant_qos(const BusOptions& options) {
   qos.transport().use_builtin_transports = false;
   qos.transport().user_transports.push_back(udp);
 
+  auto& discovery = qos.wire_protocol().builtin.discovery_config;
+  discovery.leaseDuration = fast_duration(options.participant_lease);
+  discovery.leaseDuration_announcementperiod = fast_duration(announcement_period(options.participant_lease));
+  discovery.initial_announcements.count = 10;
+  discovery.initial_announcements.period = fast_duration(milliseconds{20});
+  if (options.security) secure(qos, *options.security);
+  return qos;
+}
+
+}  // namespace
+
+fast::DomainParticipantQos fast_participant_qos(const BusOptions& options) {
+  fast::DomainParticipantQos qos = confined_qos(options);
+  const NetworkProfile& network = options.network;
   auto& builtin = qos.wire_protocol().builtin;
   // Its own locator keeps it from joining 239.255.0.1. The port is that of the first participant of a host;
   // where it is taken, Fast DDS goes on to the next one's. By itself it would begin with the number of
@@ -81,11 +139,17 @@ fast::DomainParticipantQos fast_participant_qos(const BusOptions& options) {
   builtin.metatrafficUnicastLocatorList.push_back(locator(network.interface_address, first_port));
   constexpr std::uint32_t kEveryPort = 0;  // those of the first kMaximumParticipantsPerHost participants
   for (const std::string& peer : network.peers) builtin.initialPeersList.push_back(locator(peer, kEveryPort));
-  auto& discovery = builtin.discovery_config;
-  discovery.leaseDuration = fast_duration(options.participant_lease);
-  discovery.leaseDuration_announcementperiod = fast_duration(announcement_period(options.participant_lease));
-  discovery.initial_announcements.count = 10;
-  discovery.initial_announcements.period = fast_duration(milliseconds{20});
+  if (!network.discovery_servers.empty()) ask_servers(builtin.discovery_config, network.discovery_servers);
+  return qos;
+}
+
+fast::DomainParticipantQos fast_server_qos(const BusOptions& options, std::uint16_t port) {
+  fast::DomainParticipantQos qos = confined_qos(options);
+  qos.wire_protocol().prefix = server_prefix(0);
+  auto& builtin = qos.wire_protocol().builtin;
+  builtin.metatrafficUnicastLocatorList.push_back(locator(options.network.interface_address, port));
+  builtin.discovery_config.discoveryProtocol = rtps::DiscoveryProtocol_t::SERVER;
+  builtin.discovery_config.discoveryServer_client_syncperiod = fast_duration(milliseconds{100});
   return qos;
 }
 

@@ -53,7 +53,8 @@ Result<std::unique_ptr<Reader>> FastReader::create(std::shared_ptr<FastParticipa
       *fast_topic, fast_reader_qos(topic.qos), reader.get(), mask);
   if (reader->reader_ == nullptr) {
     return fail(ErrorCode::kInvalidArgument,
-                "topic '" + std::string(topic.name) + "': Fast DDS refuses a reader of this QoS");
+                "topic '" + std::string(topic.name) +
+                    "': Fast DDS refuses a reader of this QoS, or of this identity");
   }
   return std::unique_ptr<Reader>(std::move(reader));
 }

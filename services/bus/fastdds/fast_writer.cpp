@@ -33,7 +33,7 @@ Result<std::unique_ptr<Writer>> FastWriter::create(std::shared_ptr<FastParticipa
       *fast_topic, fast_writer_qos(topic.qos), writer.get(), mask);
   if (writer->writer_ == nullptr) {
     return fail(ErrorCode::kInvalidArgument,
-                "topic '" + writer->name_ + "': Fast DDS refuses a writer of this QoS");
+                "topic '" + writer->name_ + "': Fast DDS refuses a writer of this QoS, or of this identity");
   }
   return std::unique_ptr<Writer>(std::move(writer));
 }

@@ -19,6 +19,7 @@ class Examples : public ::testing::TestWithParam<bus::Vendor> {
     bus::BusOptions options;
     options.vendor = GetParam();
     options.domain = domain_;
+    options.partition = "rig";
     auto bus = bus::create_bus(options);
     ASSERT_TRUE(bus) << bus.error().message;
     bus_ = std::move(*bus);

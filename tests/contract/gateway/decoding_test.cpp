@@ -22,6 +22,7 @@ TEST_P(GatewayContract, FoxglovesClientDecodesEveryTopicsMessages) {
   bus::BusOptions options;
   options.vendor = GetParam();
   options.domain = domain;
+  options.partition = "rig";
   auto bus = bus::create_bus(options);
   ASSERT_TRUE(bus) << bus.error().message;
 

@@ -16,6 +16,7 @@ Result<RigEnd> RigEnd::create(MadeUpRig& rig, int domain, bus::Vendor vendor,
   bus::BusOptions options;
   options.vendor = vendor;
   options.domain = domain;
+  options.partition = "rig";
   options.participant_name = "made-up rig";
   auto bus = bus::create_bus(options);
   if (!bus) return bus.error();

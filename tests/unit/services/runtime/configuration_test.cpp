@@ -46,17 +46,18 @@ TEST_F(ConfigurationTest, IsTomlWithEveryOptionAndItsDefault) {
   EXPECT_EQ(table["limit-MB"].value<int>(), 5);
   EXPECT_EQ(table["fast"].value<bool>(), false);
   EXPECT_TRUE(table.contains("data"));
-  EXPECT_TRUE(table.contains("network"));
+  EXPECT_TRUE(table.contains("peers"));
 }
 
 TEST_F(ConfigurationTest, HasTheValuesThatWereGiven) {
-  const auto table =
-      parse({"--domain", "3", "--network", "10.0.0.1", "10.0.0.2", "--fast", "--limit-MB", "70"});
+  const auto table = parse({"--domain", "3", "--interface", "10.0.0.1", "--peers", "10.0.0.2,10.0.0.3",
+                            "--fast", "--limit-MB", "70"});
   EXPECT_EQ(table["domain"].value<int>(), 3);
   EXPECT_EQ(table["limit-MB"].value<int>(), 70);
   EXPECT_EQ(table["fast"].value<bool>(), true);
-  ASSERT_NE(table["network"].as_array(), nullptr);
-  EXPECT_EQ(table["network"].as_array()->size(), 2U);
+  EXPECT_EQ(table["interface"].value<std::string>(), "10.0.0.1");
+  ASSERT_NE(table["peers"].as_array(), nullptr);
+  EXPECT_EQ(table["peers"].as_array()->size(), 2U);
 }
 
 TEST_F(ConfigurationTest, ShowsNoPassword) {

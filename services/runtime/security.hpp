@@ -1,0 +1,31 @@
+#pragma once
+
+#include <optional>
+#include <string>
+
+#include "services/bus/bus.hpp"
+#include "services/core/result.hpp"
+#include "services/runtime/options.hpp"
+
+namespace tonus::runtime {
+
+/// The identity that a program takes on a secured bus: "rig", "scheduler", "identification", "archive",
+/// "dashboard", or "operator" for the command line and all else. `program` may have more words behind it.
+[[nodiscard]] std::string identity_of(const std::string& program);
+
+/// What is in a host's folder of certificates (`tonus pki issue`):
+///
+///     authority.pem  revoked.pem  governance.p7s    of the domain
+///     dds                                           the one implementation that the domain uses
+///     IDENTITY/certificate.pem  key.pem  permissions.p7s
+///
+/// None without `--security`. The command line takes the identity "viewer" where there is no "operator".
+/// kInvalidArgument, kNotFound or kPermission name the file and what to do: another implementation, an
+/// identity that this host was not given, a file that cannot be read.
+[[nodiscard]] Result<std::optional<bus::SecurityFiles>> security_files(const CommonOptions& options,
+                                                                       const std::string& program);
+
+/// Whether a program on the command line may command: not where its identity on a secured bus is a viewer's.
+[[nodiscard]] bool may_command(const CommonOptions& options);
+
+}  // namespace tonus::runtime
