@@ -8,6 +8,7 @@
 #include "idl/topics.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/drain.hpp"
+#include "services/runtime/service_manager.hpp"
 #include "services/runtime/version.hpp"
 
 #include <idl/idl_hash.hpp>
@@ -115,6 +116,7 @@ HealthReporter::~HealthReporter() {
   health_.is_leaving(true);
   health_.state("ended");
   publish();
+  tell_service_manager_of_the_end();
 }
 
 void HealthReporter::set_state(bool is_ready, const std::string& state) {
@@ -176,6 +178,7 @@ void HealthReporter::publish() {
   }
   // A report that cannot be sent is followed by the next one half a second later.
   (void)writer_->write(report);
+  tell_service_manager((report.is_ready() ? "" : "not ready: ") + report.state());
   has_changed_ = false;
   due_ = clock_->now() + kPeriod;
 }
