@@ -23,7 +23,7 @@ int main(int argc, char** argv) {
   runtime::add_common_options(app, common);
   command_line.add_to(app);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
-  runtime::start_log(program, common.log_level);
+  runtime::start_log(program, common);
 
   const auto settings = command_line.settings(common.rig);
   if (!settings) return runtime::report(program, settings.error());

@@ -212,7 +212,7 @@ int main(int argc, char** argv) {
   rig::CalibrationStep calibration_step;
   rig::add_calibrate_command(app, calibration, calibration_step);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
-  runtime::start_log(kProgram, common.log_level);
+  runtime::start_log(kProgram, common);
   const auto outcome = calibration_step ? calibrate(common, rig_options, calibration, calibration_step)
                                         : run(common, rig_options);
   return outcome ? 0 : runtime::report(kProgram, outcome.error());

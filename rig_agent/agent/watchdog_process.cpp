@@ -15,6 +15,7 @@
 #include <vector>
 
 #include "services/core/file_descriptor.hpp"
+#include "services/core/installation.hpp"
 
 extern char** environ;
 
@@ -29,12 +30,7 @@ Error unavailable(const char* what, int error) {
               fmt::format("watchdog: {}: {}", what, std::generic_category().message(error)));
 }
 
-/// tonus-rig-watchdog lies beside this program.
-std::string program() {
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return (self.parent_path() / "tonus-rig-watchdog").string();
-}
+std::string program() { return (installation().helpers / "tonus-rig-watchdog").string(); }
 
 Result<pid_t> spawn(std::vector<std::string> arguments, int page) {
   std::vector<char*> argv;

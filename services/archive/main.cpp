@@ -126,7 +126,7 @@ int main(int argc, char** argv) {
                  "what stays free on the store's disk; sessions wait or pause before")
       ->capture_default_str();
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
-  runtime::start_log(kProgram, options.common.log_level);
+  runtime::start_log(kProgram, options.common);
   const auto outcome = run(options);
   return outcome ? 0 : runtime::report(kProgram, outcome.error());
 }

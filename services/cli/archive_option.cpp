@@ -17,7 +17,7 @@ std::string ArchiveOption::name() const {
 void add_archive_option(CLI::App& command, ArchiveOption& option) {
   command.add_option("--archive", option.archive,
                      "file or URL of the archive (default: archive.sqlite in the data folder)");
-  command.add_option("--data", option.data, "data folder")->envname("TONUS_DATA");
+  runtime::add_data_option(command, option.data, "data folder");
 }
 
 Result<std::unique_ptr<store::Store>> open_to_read(const ArchiveOption& option) {

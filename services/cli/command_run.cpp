@@ -10,6 +10,7 @@
 #include "services/cli/study_run.hpp"
 #include "services/cli/system.hpp"
 #include "services/protocol/protocol_file.hpp"
+#include "services/runtime/settings.hpp"
 #include "services/store/open_store.hpp"
 
 namespace tonus::cli {
@@ -163,7 +164,7 @@ void add_run_command(CLI::App& app, Command& chosen) {
   command->add_flag("--attach", run->attaches, "watch the session that goes on, and print its results");
   command->callback([common, run, &chosen] {
     chosen = [common, run] {
-      runtime::start_log("tonus run", common->log_level);
+      runtime::start_log("tonus run", *common);
       run->detaches = true;
       const auto outcome = run->attaches ? attach(*common, *run) : run_here(*common, *run);
       return outcome ? 0 : runtime::report("tonus run", outcome.error());
@@ -178,7 +179,9 @@ void add_demo_command(CLI::App& app, Command& chosen) {
   auto run = std::make_shared<RunOptions>();
   auto cohort = std::make_shared<std::string>();
   system->speed = "max";
+  system->common.configuration_file = runtime::kNoFile;
   add_system_options(*command, *system);
+  command->get_option("--config")->default_str(runtime::kNoFile);
   add_run_options(*command, *run);
   command->add_option("--cohort", *cohort, "TOML file of a study's simulated subjects")
       ->check(CLI::ExistingFile);
@@ -187,7 +190,7 @@ void add_demo_command(CLI::App& app, Command& chosen) {
                     std::string("the whole study: ") + kStudyProtocol + " with " + kStudyCohort);
   command->callback([system, run, cohort, is_study, &chosen] {
     chosen = [system, run, cohort, is_study] {
-      runtime::start_log("tonus demo", system->common.log_level);
+      runtime::start_log("tonus demo", system->common);
       if (*is_study && run->protocol.empty()) run->protocol = kStudyProtocol;
       if (*is_study && cohort->empty()) *cohort = kStudyCohort;
       const auto outcome = demo(*system, *run, *cohort);

@@ -112,7 +112,7 @@ void add(CLI::App& app, Command& chosen, const std::string& name, const std::str
   runtime::add_common_options(*command, *common);
   command->callback([common, name, act, &chosen] {
     chosen = [common, name, act] {
-      runtime::start_log("tonus " + name, common->log_level);
+      runtime::start_log("tonus " + name, *common);
       const auto outcome = act(*common);
       return outcome ? 0 : runtime::report("tonus " + name, outcome.error());
     };

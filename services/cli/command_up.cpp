@@ -61,7 +61,7 @@ void add_up_command(CLI::App& app, Command& chosen) {
   add_system_options(*command, *options);
   command->callback([options, &chosen] {
     chosen = [options] {
-      runtime::start_log(kName, options->common.log_level);
+      runtime::start_log(kName, options->common);
       const auto outcome = up(*options);
       return outcome ? 0 : runtime::report(kName, outcome.error());
     };

@@ -4,15 +4,10 @@
 #include <cstdio>
 #include <utility>
 
+#include "services/core/installation.hpp"
+
 namespace tonus::cli {
 namespace {
-
-/// Folder of the running program: the services lie beside it.
-std::filesystem::path program_folder() {
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return error ? std::filesystem::current_path() : self.parent_path();
-}
 
 class Arguments {
  public:
@@ -36,7 +31,8 @@ Arguments common_arguments(const runtime::CommonOptions& common, const std::file
       .add("--dds", dds)
       .add("--rig", common.rig)
       .add("--data", data.string())
-      .add("--log", common.log_level);
+      .add("--log", common.log_level)
+      .add("--config", common.configuration_file);
   arguments.add("--security", common.security).add("--interface", common.interface);
   for (const auto& peer : common.peers) arguments.add("--peers", peer);
   for (const auto& server : common.discovery_servers) arguments.add("--discovery-servers", server);
@@ -44,7 +40,7 @@ Arguments common_arguments(const runtime::CommonOptions& common, const std::file
 }
 
 std::vector<ServiceCommand> services(const SystemOptions& o, const std::filesystem::path& data) {
-  const auto folder = program_folder();
+  const auto folder = installation().programs;
   const auto common = [&] { return common_arguments(o.common, data, o.common.dds); };
   const std::string rig_dds = o.rig_dds.empty() ? o.common.dds : o.rig_dds;
   std::vector<ServiceCommand> all{

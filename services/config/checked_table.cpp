@@ -2,11 +2,12 @@
 
 #include <algorithm>
 #include <cmath>
-#include <numeric>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/fmt/ranges.h>
 #include <sstream>
 #include <utility>
+
+#include "services/core/nearest_word.hpp"
 
 namespace tonus::config {
 namespace {
@@ -41,20 +42,6 @@ bool is_count(const toml::node& node, std::uint64_t low, std::uint64_t high) {
   const auto* integer = node.as_integer();
   return integer != nullptr && integer->get() >= 0 && static_cast<std::uint64_t>(integer->get()) >= low &&
          static_cast<std::uint64_t>(integer->get()) <= high;
-}
-
-/// Edits that make one word of the other: letters put in, taken out or replaced (Levenshtein).
-std::size_t distance(std::string_view a, std::string_view b) {
-  std::vector<std::size_t> row(b.size() + 1);
-  std::iota(row.begin(), row.end(), std::size_t{0});
-  for (std::size_t i = 0; i < a.size(); ++i) {
-    std::size_t diagonal = std::exchange(row[0], i + 1);
-    for (std::size_t j = 0; j < b.size(); ++j) {
-      const std::size_t replaced = diagonal + (a[i] == b[j] ? 0 : 1);
-      diagonal = std::exchange(row[j + 1], std::min({row[j] + 1, row[j + 1] + 1, replaced}));
-    }
-  }
-  return row.back();
 }
 
 std::string choice_text(const std::vector<std::string>& allowed) {
@@ -308,19 +295,11 @@ std::vector<CheckedTable> CheckedTable::tables(std::string_view key, std::size_t
 }
 
 void CheckedTable::finish() {
-  constexpr std::size_t kSlip = 2;  // edits that may be a slip of the keyboard
   for (const auto& [key, node] : table_) {
     if (asked_.contains(key.str())) continue;
-    const auto nearest = std::min_element(asked_.begin(), asked_.end(), [&](const auto& a, const auto& b) {
-      return distance(a, key.str()) < distance(b, key.str());
-    });
-    const auto edits = nearest == asked_.end() ? key.str().size() : distance(*nearest, key.str());
-    const bool is_slip = edits <= kSlip && 2 * edits < key.str().size();
     const auto line = key.source().begin.line;
     findings_.report(line > 0 ? static_cast<int>(line) : line_,
-                     is_slip ? fmt::format("{}: unknown key; did you mean {}?", name_of(key.str()), *nearest)
-                             : fmt::format("{}: unknown key; expected one of {}", name_of(key.str()),
-                                           fmt::join(asked_, ", ")));
+                     fmt::format("{}: unknown key; {}", name_of(key.str()), instead_of(key.str(), asked_)));
   }
 }
 

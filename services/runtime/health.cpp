@@ -11,6 +11,7 @@
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/refused_packets_log.hpp"
+#include "services/runtime/service_manager.hpp"
 #include "services/runtime/version.hpp"
 
 #include <idl/idl_hash.hpp>
@@ -123,6 +124,7 @@ HealthReporter::~HealthReporter() {
   health_.is_leaving(true);
   health_.state("ended");
   publish();
+  tell_service_manager_of_the_end();
 }
 
 void HealthReporter::set_state(bool is_ready, const std::string& state) {
@@ -198,6 +200,7 @@ void HealthReporter::publish() {
   log_refused_packets(*clock_);
   // A report that cannot be sent is followed by the next one half a second later.
   (void)writer_->write(report);
+  tell_service_manager((report.is_ready() ? "" : "not ready: ") + report.state());
   has_changed_ = false;
   due_ = clock_->now() + kPeriod;
 }

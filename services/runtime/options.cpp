@@ -5,50 +5,67 @@
 #include <cstdio>
 #include <cstdlib>
 #include <spdlog/fmt/fmt.h>
-#include <spdlog/sinks/stdout_color_sinks.h>
-#include <spdlog/spdlog.h>
 
 #include "services/core/name.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/network.hpp"
+#include "services/runtime/option_documents.hpp"
 #include "services/runtime/security.hpp"
+#include "services/runtime/settings.hpp"
 #include "services/runtime/version.hpp"
 
 namespace tonus::runtime {
+namespace {
+
+CLI::Option* add_config_option(CLI::App& app) {
+  return app
+      .add_option(
+          "--config",
+          "file of the options that are not given here, or none (default: /etc/tonus/tonus.toml, if it "
+          "exists)")
+      ->group(kCommonGroup)
+      ->type_name("FILE")
+      ->configurable(false);
+}
+
+}  // namespace
 
 void add_common_options(CLI::App& app, CommonOptions& options) {
-  app.add_option("--domain", options.domain, "DDS domain, 0 to 232")
-      ->envname("TONUS_DOMAIN")
+  const auto common = [](CLI::Option* option) { return option->group(kCommonGroup); };
+  common(app.add_option("--domain", options.domain, "DDS domain, 0 to 232"))
       ->check(CLI::Range(0, 232))
       ->capture_default_str();
-  app.add_option("--dds", options.dds, "DDS implementation: fastdds or cyclonedds")
-      ->envname("TONUS_DDS")
+  common(app.add_option("--dds", options.dds, "DDS implementation: fastdds or cyclonedds"))
       ->check(CLI::IsMember({"fastdds", "cyclonedds"}))
       ->capture_default_str();
-  app.add_option("--rig", options.rig,
-                 "name of the rig: letters, digits, - and _; several rigs may share a network and a domain")
-      ->envname("TONUS_RIG")
+  common(app.add_option(
+             "--rig", options.rig,
+             "name of the rig: letters, digits, - and _; several rigs may share a network and a domain"))
       ->check(CLI::Validator([](const std::string& name) { return fault_of_name(name); }, ""))
       ->capture_default_str();
-  app.add_option("--data", options.data, "folder for everything that is kept")->envname("TONUS_DATA");
-  app.add_option("--interface", options.interface,
-                 "network interface of the lab, by name or address (default: this machine only)")
-      ->envname("TONUS_INTERFACE");
-  app.add_option("--peers", options.peers, "the lab's other hosts, by name or address, with commas between")
-      ->envname("TONUS_PEERS")
+  add_data_option(app, options.data, "folder for everything that is kept");
+  common(app.add_option("--interface", options.interface,
+                        "network interface of the lab, by name or address (default: this machine only)"));
+  common(app.add_option("--peers", options.peers,
+                        "the lab's other hosts, by name or address, with commas between"))
       ->delimiter(',');
-  app.add_option("--discovery-servers", options.discovery_servers,
-                 "instead of peers, with fastdds: ADDRESS:PORT of `tonus discovery-server` (port 11811)")
-      ->envname("TONUS_DISCOVERY_SERVERS")
+  common(
+      app.add_option("--discovery-servers", options.discovery_servers,
+                     "instead of peers, with fastdds: ADDRESS:PORT of `tonus discovery-server` (port 11811)"))
       ->delimiter(',');
-  app.add_option("--security", options.security,
-                 "folder of this host's certificates, made by `tonus pki issue` (default: no security)")
-      ->envname("TONUS_SECURITY");
-  app.add_option("--log", options.log_level, "debug, info, warn or error")
+  common(
+      app.add_option("--security", options.security,
+                     "folder of this host's certificates, made by `tonus pki issue` (default: no security)"));
+  common(app.add_option("--log", options.log_level, "debug, info, warn or error"))
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
       ->capture_default_str();
+  add_config_option(app)->each([&options](const std::string& file) { options.configuration_file = file; });
   app.set_version_flag("--version", kVersion);
   app.parse_complete_callback([&app, &options] { options.configuration = configuration_text(app); });
+}
+
+CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string& what) {
+  return app.add_option("--data", data, what)->group(kCommonGroup);
 }
 
 std::filesystem::path default_data_folder() {
@@ -59,7 +76,46 @@ std::filesystem::path default_data_folder() {
   return std::filesystem::path(home != nullptr ? home : "/tmp") / ".local" / "state" / "tonus";
 }
 
+namespace {
+
+/// The options that Settings looks for by itself, so that --help and the parser know them, too.
+void add_settings_options(CLI::App& app) {
+  if (app.get_option_no_throw("--config") == nullptr) (void)add_config_option(app);
+  app.add_flag("--print-config")->group("")->configurable(false);
+  for (CLI::App* sub : app.get_subcommands({})) {
+    if (!sub->get_fallthrough()) add_settings_options(*sub);
+  }
+}
+
+bool asks_only_for_help(const std::vector<std::string>& words) {
+  return std::any_of(words.begin(), words.end(), [](const std::string& word) {
+    return word == "--help" || word == "-h" || word == "--version";
+  });
+}
+
+int refuse(const CLI::App& app, const std::string& message) {
+  (void)report(app.get_name(), fail(ErrorCode::kInvalidArgument, message));
+  return 2;
+}
+
+/// --print-document KIND: for the build of the packages and the documentation.
+std::optional<int> print_document(const CLI::App& app, const std::vector<std::string>& words) {
+  const auto kind = argument_of("print-document", words);
+  if (!kind) return std::nullopt;
+  const auto document = option_document(app, *kind);
+  if (!document) return refuse(app, document.error().message);
+  std::fputs(document->c_str(), stdout);
+  return 0;
+}
+
+}  // namespace
+
 int parse_command_line(CLI::App& app, int argc, char** argv) {
+  const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
+  add_settings_options(app);
+  if (const auto printed = print_document(app, words)) return *printed;
+  const auto settings = Settings::apply(app, words);
+  if (!settings && !asks_only_for_help(words)) return refuse(app, settings.error().message);
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
@@ -67,6 +123,11 @@ int parse_command_line(CLI::App& app, int argc, char** argv) {
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(), error.what());
     return 2;
+  }
+  if (const auto good = settings->check(app); !good) return refuse(app, good.error().message);
+  if (std::find(words.begin(), words.end(), "--print-config") != words.end()) {
+    std::fputs(settings_text(settings->in_force(app)).c_str(), stdout);
+    return 0;
   }
   return -1;
 }
@@ -103,13 +164,6 @@ int report(const std::string& program, const Error& error) {
       line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
   std::fprintf(stderr, "%s: %s\n", program.c_str(), line.c_str());
   return 1;
-}
-
-void start_log(const std::string& program, const std::string& level) {
-  auto logger = spdlog::stderr_color_mt(program);
-  logger->set_pattern("%H:%M:%S.%e %^%l%$ %n: %v");
-  logger->set_level(spdlog::level::from_str(level));
-  spdlog::set_default_logger(logger);
 }
 
 }  // namespace tonus::runtime

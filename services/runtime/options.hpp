@@ -7,15 +7,17 @@
 
 #include "services/bus/bus.hpp"
 #include "services/core/result.hpp"
+#include "services/runtime/log.hpp"
 
 namespace CLI {
 class App;
+class Option;
 }  // namespace CLI
 
 namespace tonus::runtime {
 
-/// What every program of the system is told on its command line. Environment: TONUS_DOMAIN, TONUS_DDS,
-/// TONUS_RIG, TONUS_DATA, TONUS_INTERFACE, TONUS_PEERS, TONUS_DISCOVERY_SERVERS (lists with commas).
+/// What every program of the system is told on its command line, in its environment or in the host's file
+/// (settings.hpp).
 struct CommonOptions {
   int domain = 47;
   std::string dds = "fastdds";
@@ -26,17 +28,23 @@ struct CommonOptions {
   std::vector<std::string> peers;              ///< Names or addresses of the other hosts.
   std::vector<std::string> discovery_servers;  ///< ADDRESS or ADDRESS:PORT.
   std::string security;                        ///< Folder of this host's certificates; empty: no security.
-  std::string configuration;  ///< Set by parsing: all of the program's options in force, as TOML.
+  std::string configuration_file;  ///< Host's file, "none", or empty: the installed one, if it exists.
+  std::string configuration;       ///< Set by parsing: all of the program's options in force, as TOML.
 };
 
 /// Adds the common options to `app`, which fills `options` when it is parsed, its configuration too.
 void add_common_options(CLI::App& app, CommonOptions& options);
 
+/// --data, of the commands that have no other common option.
+CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string& what);
+
 /// XDG_STATE_HOME/tonus or ~/.local/state/tonus.
 [[nodiscard]] std::filesystem::path default_data_folder();
 
-/// Parses the command line. Returns -1 to go on, else the exit code: 0 for --help and --version, 2 for a line
-/// that was refused, after one line on standard error that names the option, its value and what is allowed.
+/// Parses the command line; what it does not say comes from environment and files (settings.hpp). Answers
+/// --print-config (the settings in force) and --print-document (option_documents.hpp). Returns -1 to go on,
+/// else the exit code: 0 for --help and --version, 2 for a line that was refused, after one line on standard
+/// error that names the option, its value and what is allowed.
 [[nodiscard]] int parse_command_line(CLI::App& app, int argc, char** argv);
 
 /// Creates the data folder and opens the bus that the options name.
@@ -49,8 +57,5 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 /// One line on standard error, "program: message", with "?" in the place of control characters. Returns the
 /// exit code 1.
 int report(const std::string& program, const Error& error);
-
-/// Log lines to standard error: time, level, program, text.
-void start_log(const std::string& program, const std::string& level);
 
 }  // namespace tonus::runtime

@@ -20,7 +20,7 @@ int main(int argc, char** argv) {
   runtime::CommonOptions common;
   runtime::add_common_options(app, common);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
-  runtime::start_log(program, common.log_level);
+  runtime::start_log(program, common);
 
   const auto data = runtime::data_folder(common);
   if (!data) return runtime::report(program, data.error());

@@ -216,6 +216,7 @@ void read(CheckedTable s, Profile& profile) {
   read(s.optional_table("bench"), profile.bench);
   read(s.optional_table("limits"), profile.limits);
   read(s.optional_table("control"), profile.gains);
+  (void)s.has("agent");  // a rig's own file: the agent's options
   s.finish();
 }
 

@@ -6,6 +6,7 @@
 #include <spdlog/spdlog.h>
 #include <string>
 
+#include "services/core/installation.hpp"
 #include "services/core/lifetime.hpp"
 #include "services/dashboard/gateway/bus_reader.hpp"
 #include "services/dashboard/gateway/desk_thread.hpp"
@@ -56,13 +57,6 @@ void add_options(CLI::App& app, Options& o) {
                  "folder)");
 }
 
-/// <prefix>/share/tonus beside <prefix>/bin, where this program is.
-std::filesystem::path shared_folder() {
-  std::error_code error;
-  const auto self = std::filesystem::read_symlink("/proc/self/exe", error);
-  return self.parent_path().parent_path() / "share" / "tonus";
-}
-
 Result<dashboard::ServerOptions> server_options(const Options& o) {
   dashboard::ServerOptions server;
   auto listen = dashboard::parse_listen(o.listen);
@@ -80,7 +74,7 @@ Result<dashboard::ServerOptions> server_options(const Options& o) {
   server.key = o.key;
   server.folders.store = o.store.empty() ? store::default_store(*data).string() : o.store;
   server.folders.protocols =
-      o.protocols.empty() ? shared_folder() / "protocols" : std::filesystem::path(o.protocols);
+      o.protocols.empty() ? installation().share / "protocols" : std::filesystem::path(o.protocols);
   server.folders.reports = o.reports.empty() ? *data / "reports" : std::filesystem::path(o.reports);
   server.info_json = nlohmann::json{{"program", kProgram},
                                     {"version", runtime::kVersion},
@@ -103,8 +97,8 @@ Result<dashboard::Access> access_of(const Options& o) {
 }
 
 std::optional<dashboard::Pages> pages_of(const Options& o) {
-  auto pages =
-      dashboard::Pages::load(o.pages.empty() ? shared_folder() / "pages" : std::filesystem::path(o.pages));
+  auto pages = dashboard::Pages::load(o.pages.empty() ? installation().share / "pages"
+                                                      : std::filesystem::path(o.pages));
   if (!pages) {
     spdlog::warn("no pages are served: {}", pages.error().message);
     return std::nullopt;
@@ -173,7 +167,7 @@ int main(int argc, char** argv) {
   Options options;
   add_options(app, options);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
-  runtime::start_log(kProgram, options.common.log_level);
+  runtime::start_log(kProgram, options.common);
   const auto outcome = run(options);
   return outcome ? 0 : runtime::report(kProgram, outcome.error());
 }
