@@ -1,13 +1,15 @@
 // Every state of the desk on every page: what the strip says, accessibility, sizes, layout shift. Behind the pages is a
 // scripted gateway, so that each state lasts as long as a look at it.
 //
-//   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all]
+//   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all | --scenarios]
 //
 // --all looks at every state of every page in every size and scheme; without it, each page has two of the six.
+// --scenarios leaves the states out.
 
 const { createRequire } = require("node:module");
 const { join } = require("node:path");
 const { mkdirSync } = require("node:fs");
+const { gzipSync } = require("node:zlib");
 const { ScriptedGateway } = require("./scripted_gateway.cjs");
 const { states, Desk, archive } = require("./desk_states.cjs");
 
@@ -118,6 +120,90 @@ async function walk(browser, gateway, desk, path, lookNumber, stops) {
   await page.context().close();
 }
 
+const stateOf = (page) => page.evaluate(() => document.querySelector("#strip").dataset.state);
+const named = (name) => states.find((state) => state.name === name);
+
+/// Two operators: what one asks, both see; a control that cannot be pressed keeps the focus and says why.
+async function twoOperators(browser, gateway, desk) {
+  gateway.forgetAll();
+  desk.enter(named("running"));
+  const [one, other] = [await openPage(browser, gateway, "", looks[0]), await openPage(browser, gateway, "", looks[4])];
+  for (const page of [one, other]) await says(page, "", named("running"), "two operators");
+  gateway.reply = ({ request_id, request }) => {
+    if (request === "pause") desk.enter(named("paused"));
+    return { request_id, request, is_done: true, message: "done", requested_by: "test" };
+  };
+  gateway.requests.length = 0;
+  await one.fill("#operator", "Anna");
+  await one.locator("#pause").focus();
+  await one.keyboard.press("Enter");
+  for (const page of [one, other]) await says(page, "", named("paused"), "two operators");
+  const asked = gateway.requests.find(({ request }) => request === "pause");
+  if (asked?.by !== "Anna" || asked?.page !== "operator") fail(`a request tells who asks and where; seen: ${JSON.stringify(asked)}`);
+  await until(async () => { const seen = await one.evaluate(() => [document.activeElement.id, document.querySelector("#pause").getAttribute("aria-disabled")].join(" ")); return [seen === "pause true", seen]; }, "a control that cannot be pressed any more keeps the focus");
+  await one.keyboard.press("Alt+p");
+  await until(async () => { const seen = await one.textContent("#notice"); return [seen === "Pause is not possible now: paused.", seen]; }, "it says why");
+  const sent = gateway.requests.filter(({ request }) => request === "pause").length;
+  if (sent !== 1) fail(`the pause was sent ${sent} times`);
+  for (const page of [one, other]) await page.context().close();
+}
+
+/// A gateway that hangs is told from one that has nothing to say.
+async function hangingGateway(browser, gateway, desk) {
+  gateway.forgetAll();
+  desk.enter(named("running"));
+  const page = await openPage(browser, gateway, "results", looks[1]);
+  await says(page, "results", named("running"), "before the gateway hangs");
+  desk.end();
+  gateway.isSilent = true;
+  await until(async () => { const seen = await stateOf(page); return [seen === "disconnected" || seen === "rig-gone", seen]; }, "a hanging gateway is not taken for a running session");
+  gateway.isSilent = false;
+  desk.enter(named("running"));
+  await says(page, "results", named("running"), "after the gateway hung");
+  await page.context().close();
+}
+
+/// On paper nothing is cut off, and what is only for pressing is left out.
+async function print(browser, gateway, desk) {
+  gateway.forgetAll();
+  desk.enter(named("completed"));
+  for (const path of ["results", "archive"]) {
+    const page = await openPage(browser, gateway, path, { ...looks[3], viewport: { width: 700, height: 990 } });
+    await page.locator("#estimates tr").first().waitFor({ timeout: STEP_MS });
+    await page.waitForTimeout(1000);
+    await page.emulateMedia({ media: "print" });
+    const seen = await page.evaluate(() => ({
+      cut: Array.from(document.querySelectorAll("main :not(.unseen)")).filter((one) => one.clientHeight > 0 && one.scrollHeight > one.clientHeight + 1 && getComputedStyle(one).overflowY !== "visible").map((one) => one.id || one.className),
+      wide: document.documentElement.scrollWidth - innerWidth,
+      buttons: Array.from(document.querySelectorAll("button")).filter((one) => one.getClientRects().length > 0).length,
+      ground: getComputedStyle(document.body).backgroundColor,
+    }));
+    if (seen.cut.length > 0) fail(`${path} on paper: cut off: ${seen.cut}`);
+    if (seen.wide > 0) fail(`${path} on paper: ${seen.wide} px too wide`);
+    if (seen.buttons > 0) fail(`${path} on paper: ${seen.buttons} buttons`);
+    if (seen.ground !== "rgb(255, 255, 255)") fail(`${path} on paper: the ground is ${seen.ground}`);
+    await page.screenshot({ fullPage: true, path: join(screenshots, `print-${path}.png`) });
+    await page.context().close();
+  }
+}
+
+/// What a page loads first, as it would be compressed.
+async function load(browser, gateway) {
+  for (const path of paths) {
+    const page = await (await browser.newContext()).newPage();
+    const sizes = [];
+    page.on("response", (response) => {
+      if (!new URL(response.url()).pathname.startsWith("/api/")) sizes.push(response.body().then((body) => gzipSync(body).length));
+    });
+    await page.goto(`${gateway.url}/${path}`, { waitUntil: "load" });
+    await page.locator("#emergency-stop").waitFor();
+    const bytes = (await Promise.all(sizes)).reduce((sum, size) => sum + size, 0);
+    console.log(`${path || "operator"}: first load ${(bytes / 1000).toFixed(1)} kB compressed`);
+    if (bytes < 10_000 || bytes > LARGEST_LOAD_BYTES) fail(`${path || "operator"}: first load of ${bytes} bytes`);
+    await page.context().close();
+  }
+}
+
 (async () => {
   mkdirSync(screenshots, { recursive: true });
   const gateway = await ScriptedGateway.start({ packages, pages, idl });
@@ -127,14 +213,18 @@ async function walk(browser, gateway, desk, path, lookNumber, stops) {
   const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"] });
   const stops = new Set();
   try {
-    for (const path of paths) {
+    for (const path of mode === "--scenarios" ? [] : paths) {
       for (const lookNumber of looks.keys()) {
         if (mode !== "--all" && (lookNumber + paths.indexOf(path)) % 3 !== 0) continue;
         gateway.forgetAll();
         await walk(browser, gateway, desk, path, lookNumber, stops);
       }
     }
-    if (stops.size !== 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
+    await twoOperators(browser, gateway, desk);
+    await hangingGateway(browser, gateway, desk);
+    await print(browser, gateway, desk);
+    await load(browser, gateway);
+    if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
   } catch (error) {
     fail(error.stack);
   } finally {

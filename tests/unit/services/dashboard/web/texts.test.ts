@@ -48,6 +48,18 @@ test("a value that was written long before it arrived is as old as its writing",
   assert.ok(value.age! >= 60);
 });
 
+test("a value grows old while the machine sleeps, when only the clock on the wall goes on", () => {
+  const now = Date.now;
+  try {
+    const value = new Fresh<number>();
+    value.set({ value: 1, writtenNs: BigInt(now()) * 1_000_000n });
+    Date.now = (): number => now() + 60_000;
+    assert.ok(value.age! >= 60);
+  } finally {
+    Date.now = now;
+  }
+});
+
 test("durations are whole seconds", () => {
   assert.equal(duration(59.6), "1 min 00 s");
   assert.equal(duration(-1), "0 s");
