@@ -3,9 +3,10 @@
 import { el, panel, setText, svg } from "./dom";
 import { AFTER_S, BEFORE_S, type Course } from "./trial_recorder";
 
-const WIDTH = 640;
-const HEIGHT = 150;
-const BOX = { left: 52, right: 8, top: 20, bottom: 24 };
+// In units of about a pixel, so that a phone's letters are as large as a desk's.
+const WIDTH = matchMedia("(max-width: 600px)").matches ? 340 : 640;
+const HEIGHT = 166;
+const BOX = { left: 52, right: 8, top: 34, bottom: 24 };
 
 export interface ShownTrial {
   attempt: number;
@@ -28,6 +29,7 @@ export class TrialChart {
       drawing.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
       drawing.setAttribute("role", "img");
       drawing.setAttribute("width", "100%");
+      drawing.style.aspectRatio = `${WIDTH} / ${HEIGHT}`;
     }
     const made = panel("Last trial", "last-trial", this.#note, ...this.#drawings);
     this.root = made.root;
@@ -53,7 +55,7 @@ export class TrialChart {
     const half = 1.05 * this.#ranges[i];
     const middle = (HEIGHT + BOX.top - BOX.bottom) / 2;
     const y = (value: number): number => middle - (value / half) * (HEIGHT - BOX.top - BOX.bottom) * 0.5;
-    drawing.replaceChildren(svg("text", { x: 4, y: 13, class: "small" }, title));
+    drawing.replaceChildren(svg("text", { x: 4, y: 15, class: "small" }, title));
     for (const value of [half, 0, -half]) {
       drawing.append(
         svg("path", { class: "axis", d: `M ${BOX.left} ${y(value)} H ${WIDTH - BOX.right}` }),
