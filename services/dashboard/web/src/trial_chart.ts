@@ -22,7 +22,7 @@ export class TrialChart {
   #age: HTMLElement;
   #note = el("p", { class: "caption" });
   #drawings = [svg("svg"), svg("svg")];
-  #ranges: [number, number] = [0.001, 0.1]; // half heights; they grow only
+  #ranges: [number, number] = [0.1, 0.1]; // half heights; they grow only
 
   constructor() {
     for (const drawing of this.#drawings) {
