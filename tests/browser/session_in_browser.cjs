@@ -32,6 +32,11 @@ async function until(page, selector, condition, what) {
 }
 
 const phase = (page, ...wanted) => until(page, "#phase", (seen) => wanted.includes(seen), `phase ${wanted}`);
+/// Waits for a state of the strip, and for what it says.
+const strip = async (page, state, ...parts) => {
+  await page.locator(`#strip[data-state="${state}"]`).waitFor({ timeout: STEP_MS });
+  return until(page, "#strip p", (seen) => parts.every((part) => seen.includes(part)), `strip says ${parts}`);
+};
 const shot = (page, name, options = {}) => page.screenshot({ path: join(screenshots, `${name}.png`), ...options });
 
 async function download(page, file) {
@@ -55,12 +60,28 @@ async function framesPerSecond(page) {
   return (1000 * ((await frames()) - first)) / (Date.now() - begin);
 }
 
+/// A file that is no protocol, then the list, then the right file: the one that is shown is the one that is sent.
+async function chooseProtocol(page) {
+  const wrong = join(folder, "wrong.toml");
+  writeFileSync(wrong, "this is no protocol");
+  await page.setInputFiles("#protocol-file", wrong);
+  expect(await page.isChecked("#from-file"), "a file chosen is the file used");
+  await page.click("#start");
+  await until(page, "#notice", (seen) => seen.startsWith("start: refused"), "the wrong file is refused");
+  await page.selectOption("#protocol", "loaded");
+  expect(await page.isChecked("#from-list"), "the list chosen is the list used");
+  expect((await page.inputValue("#protocol-file")) === "", "the file chosen before is forgotten");
+  await page.setInputFiles("#protocol-file", protocol);
+}
+
 async function start(page) {
   await until(page, "#link", (seen) => seen.includes("Connected (operate)"), "connection");
   await until(page, "#roster-age", (seen) => seen === "complete", "roster");
-  await page.locator("#start:enabled").waitFor();
+  await page.locator("#start[aria-disabled=false]").waitFor();
   await shot(page, "operator-before");
-  await page.setInputFiles("#protocol-file", protocol);
+  await strip(page, "ready", "READY");
+  await chooseProtocol(page);
+  await page.fill("#operator", "Anna");
   await tabTo(page, "start");
   await page.keyboard.press("Enter");
   await until(page, "#notice", (seen) => seen.startsWith("start: done"), "answer to start");
@@ -93,7 +114,7 @@ async function stop(page, answer) {
 async function clearOnceAtRest(page) {
   const deadline = Date.now() + STEP_MS;
   for (;;) {
-    await page.locator("#clear-fault:enabled").click();
+    await page.locator("#clear-fault[aria-disabled=false]").click();
     const answer = await until(page, "#notice", (seen) => /^clear_fault: (done|refused)/.test(seen), "answer to clear");
     if (answer.startsWith("clear_fault: done")) return;
     expect(Date.now() < deadline, `the hold is cleared: ${answer}`);
@@ -102,19 +123,32 @@ async function clearOnceAtRest(page) {
 }
 
 /// Two acts: clearing frees the rig, and only resuming moves it again.
-async function goOnAfterStop(page) {
+async function goOnAfterStop(page, ...said) {
   await until(page, "#fact-rig", (seen) => seen === "held", "the rig is held");
   await phase(page, "waiting");
+  await strip(page, "stopped", "EMERGENCY STOP", ...said);
   await clearOnceAtRest(page);
   await until(page, "#fact-rig", (seen) => seen === "free", "the rig is free");
   await phase(page, "waiting");
-  await page.locator("#resume:enabled").click();
+  await page.locator("#resume[aria-disabled=false]").click();
   await phase(page, "running");
 }
 
 async function stopAndGoOn(page) {
   await stop(page, "#notice");
-  await goOnAfterStop(page);
+  await goOnAfterStop(page, "pressed ", "UTC on operator by Anna, dashboard 127.0.0.1", "Clear fault, then Resume");
+}
+
+/// The trial that is aborted is rejected and comes again once the operator resumes.
+async function abortATrial(page) {
+  await page.locator("#abort-trial[aria-disabled=false]").waitFor({ timeout: STEP_MS });
+  await page.keyboard.press("Alt+t");
+  await until(page, "#notice", (seen) => seen.startsWith("abort_trial: done"), "answer to the abort of a trial");
+  await until(page, "#verdicts", (seen) => /rejected\s.*aborted/.test(seen), "the aborted trial is rejected");
+  await strip(page, "paused", "YOUR TURN", "Resume when the subject is ready");
+  expect(await page.evaluate(() => document.querySelector("#resume").classList.contains("main")), "the next action is the primary one");
+  await page.keyboard.press("Alt+r");
+  await strip(page, "running", "RUNNING trial");
 }
 
 async function watchSubject(context, operator) {
@@ -132,9 +166,11 @@ async function watchSubject(context, operator) {
   await page.locator("#emergency-stop:visible").waitFor();
   await shot(page, "subject");
   await stop(page, "#trouble");
+  await until(page, "#strip-text", (seen) => seen === "Let go. The experiment has stopped.", "the subject is told to let go");
+  await shot(page, "subject-stopped");
   await page.close();
   await operator.bringToFront();
-  await goOnAfterStop(operator);
+  await goOnAfterStop(operator, "UTC on subject by ");
 }
 
 async function killGateway(page) {
@@ -143,10 +179,10 @@ async function killGateway(page) {
   expect(line, "the gateway is a child of tonus up");
   process.kill(Number(line.trim().split(/\s+/)[0]), "SIGKILL");
   await until(page, "#link", (seen) => seen.includes("DISCONNECTED"), "the loss is said");
-  await page.locator("#banner:visible").waitFor();
+  await strip(page, "disconnected", "DISCONNECTED for", "Values below are old");
   await shot(page, "operator-disconnected");
   await until(page, "#link", (seen) => seen.includes("Connected"), "the page comes back by itself");
-  await page.locator("#banner").waitFor({ state: "hidden" });
+  await until(page, "#strip p", (seen) => !seen.includes("DISCONNECTED"), "the strip is of now again");
 }
 
 async function finish(page) {
@@ -223,6 +259,7 @@ async function run(browser) {
   await start(page);
   await watch(page);
   await pauseAndResume(page);
+  await abortATrial(page);
   await watchSubject(context, page);
   await page.bringToFront();
   await stopAndGoOn(page);

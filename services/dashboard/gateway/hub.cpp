@@ -147,7 +147,7 @@ void Hub::handle(ClientId /*id*/, Client& client, const ClientUnadvertise& sayin
 }
 
 void Hub::take_request(Client& client, std::span<const std::byte> data) {
-  const Asker asker{client.role, "dashboard " + client.peer, options_.rig};
+  const Asker asker{client.role, "dashboard " + client.peer, options_.rig, clock_.utc_ns()};
   Id id{};
   std::string name;
   auto request = parse_request(as_text(data), asker, id, name);

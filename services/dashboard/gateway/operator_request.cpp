@@ -6,6 +6,8 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/clock.hpp"
+
 namespace tonus::dashboard {
 namespace {
 
@@ -27,6 +29,8 @@ constexpr std::array<Named<v1::RigRequest>, 3> kRigRequests{{{"emergency_stop", 
 constexpr char kEmergencyStop[] = "emergency_stop";
 constexpr std::size_t kLongestProtocol = 50000;  // what a session command has room for
 constexpr std::size_t kLongestSubject = 128;
+constexpr std::size_t kLongestName = 160;  // bytes: 40 characters
+constexpr std::size_t kLongestPage = 16;
 
 Error wrong(const std::string& text) { return fail(ErrorCode::kInvalidArgument, text); }
 
@@ -56,6 +60,31 @@ Result<Id> id_in(const json& object, const char* field) {
   auto id = id_from_hex(*text);
   if (!id) return wrong(fmt::format("\"{}\" must be 32 hexadecimal digits", field));
   return *id;
+}
+
+/// Bytes of a name in UTF-8 that can be part of a line: no control character, and none of what separates its
+/// parts.
+bool is_name(std::string_view name) {
+  return std::none_of(name.begin(), name.end(),
+                      [](unsigned char c) { return c < 0x20 || c == 0x7f || c == ';' || c == ','; });
+}
+
+bool is_page(std::string_view page) {
+  return std::all_of(page.begin(), page.end(), [](char c) { return c >= 'a' && c <= 'z'; });
+}
+
+/// Who asks, as it is recorded.
+Result<std::string> requested_by(const json& object, const Asker& asker, bool is_stop) {
+  const auto by = text_in(object, "by", kLongestName);
+  if (!by) return by.error();
+  if (!is_name(*by)) return wrong("\"by\" must be a name without commas, semicolons and control characters");
+  const auto page = text_in(object, "page", kLongestPage);
+  if (!page) return page.error();
+  if (!is_page(*page)) return wrong("\"page\" must have lower-case letters only");
+  std::string text = by->empty() ? asker.name : fmt::format("{}, {}", *by, asker.name);
+  if (!page->empty()) text += " on " + *page;
+  if (is_stop && asker.utc_ns != 0) text += fmt::format(" at {} UTC", iso8601(asker.utc_ns).substr(11, 8));
+  return text;
 }
 
 Result<OperatorCommand> session_command(const json& object, v1::SessionRequest request, const Id& id,
@@ -128,10 +157,14 @@ Result<OperatorRequest> parse_request(std::string_view text, const Asker& asker,
     return wrong(fmt::format("the role {} may not ask for {}; only for {}", role_name(asker.role), name,
                              kEmergencyStop));
   }
-  auto command = session_request ? session_command(object, *session_request, id, asker)
-                                 : rig_command(object, *rig_request, id, asker);
+  auto by = requested_by(object, asker, name == kEmergencyStop);
+  // What is wrong with a name stops no stop.
+  if (!by && name != kEmergencyStop) return by.error();
+  const Asker named{asker.role, by ? *by : asker.name, asker.rig, asker.utc_ns};
+  auto command = session_request ? session_command(object, *session_request, id, named)
+                                 : rig_command(object, *rig_request, id, named);
   if (!command) return command.error();
-  return OperatorRequest{id, name, asker.name, std::move(*command)};
+  return OperatorRequest{id, name, named.name, std::move(*command)};
 }
 
 std::string reply_text(const OperatorReply& reply) {

@@ -20,7 +20,9 @@
 /// request: start, pause, resume, abort (of a session; session_id may be left out but with start),
 /// emergency_stop, clear_fault (with the "hold_number" of the rig's state), abort_trial (of the rig). The
 /// answer comes on operator/reply with the same request_id. A request that is repeated with its id is done
-/// once.
+/// once. Optional: "by", the operator's name, at most 40 characters of letters, digits, spaces and .'_-;
+/// "page", the name of the page, lower-case letters. Both go into requested_by, a stop's with the gateway's
+/// time: "Anna, dashboard 127.0.0.1:5000 on results at 11:19:32 UTC".
 namespace tonus::dashboard {
 
 using OperatorCommand = std::variant<v1::SessionCommand, v1::RigCommand>;
@@ -45,6 +47,7 @@ struct Asker {
   Role role = Role::kView;
   std::string name;  ///< For requested_by: "dashboard 127.0.0.1:41000".
   Id rig{};
+  std::uint64_t utc_ns = 0;  ///< When the request came; 0: not told.
 };
 
 /// kInvalidArgument names what is wrong. `id` is set as soon as it could be read, so that also a refusal can

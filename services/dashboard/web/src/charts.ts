@@ -1,21 +1,22 @@
 // Small drawings of estimates: dots with intervals, spring centres, convergence.
 
-import type { Estimate } from "./contract";
+import { EstimateStatus, type Estimate } from "./contract";
 import { svg } from "./dom";
 import {
   conditionOf,
   elementNames,
   elementsOf,
+  ellipseOf,
   matrixNames,
   matrixOf,
   isWhole,
   methodOf,
   postureOf,
-  postureTones,
   toneClass,
   unitOf,
   type MatrixName,
 } from "./matrices";
+import { colourOf, dashOf, markerAt, postureTones } from "./posture_style";
 
 const WIDTH = 340;
 const HEIGHT = 240;
@@ -194,7 +195,8 @@ export function springChart(estimates: Estimate[]): SVGSVGElement {
   drawing.append(svg("text", { x: left + side / 2, y: HEIGHT - 6, "text-anchor": "middle", class: "small" }, "x (mm)"));
   for (const point of points) {
     const [px, py] = [x.at(point.at[0]), y.at(point.at[1])];
-    const mark = svg("g", { class: toneClass(tones.get(point.posture) ?? 0) });
+    const place = tones.get(point.posture) ?? 0;
+    const mark = svg("g", { class: toneClass(colourOf(place)) });
     const whole = points.find((other) => other.isWhole && other.posture === point.posture);
     if (whole && whole !== point)
       mark.append(svg("path", { d: `M ${x.at(whole.at[0])} ${y.at(whole.at[1])} L ${px} ${py}`, class: "lead" }));
@@ -204,7 +206,7 @@ export function springChart(estimates: Estimate[]): SVGSVGElement {
       mark.append(svg("path", { d: `${across} ${along}`, "stroke-width": 2 }));
     }
     mark.append(
-      svg("circle", { cx: px, cy: py, r: point.isWhole ? 4.5 : 3, fill: "currentColor" }),
+      markerAt(place, px, py, point.isWhole ? 0.9 : 0.6),
       svg("title", {}, `${point.name}: ${point.at[0].toFixed(2)}, ${point.at[1].toFixed(2)} mm`),
     );
     drawing.append(mark);
@@ -246,6 +248,47 @@ export function convergenceChart(history: Estimate[], name: MatrixName): SVGSVGE
     svg("text", { x: BOX.left, y: HEIGHT - BOX.bottom + 16, class: "small" }, "1"),
     svg("text", { x: WIDTH - BOX.right, y: HEIGHT - BOX.bottom + 16, "text-anchor": "end", class: "small" }, String(lastTrial)),
     svg("text", { x: WIDTH / 2, y: HEIGHT - 8, "text-anchor": "middle", class: "small" }, "trials used"),
+  );
+  return drawing;
+}
+
+const REACH_MARGIN_M = 0.08;
+
+/// The arm seen from above, at its true scale: the shoulder, the hand's places, and the ellipses there. The elbow is not
+/// measured; a dotted line joins shoulder and hand.
+export function armChart(estimates: Estimate[], name: MatrixName): SVGSVGElement {
+  const label = `Postures before the shoulder, ellipses of ${name}`;
+  const plane = estimates.filter((estimate) => estimate.axes !== 1 && isWhole(estimate));
+  if (plane.length === 0) return empty(label);
+  const places = postureTones(plane);
+  const xs = [0, ...plane.map((estimate) => estimate.posture_m[0]!)];
+  const ys = [0, ...plane.map((estimate) => estimate.posture_m[1]!)];
+  const [left, right] = [Math.min(...xs) - REACH_MARGIN_M, Math.max(...xs) + REACH_MARGIN_M];
+  const [near, far] = [Math.min(...ys) - REACH_MARGIN_M / 2, Math.max(...ys) + REACH_MARGIN_M];
+  const pixels = Math.min((WIDTH - 20) / (right - left), (HEIGHT - 30) / (far - near));
+  const x = (metres: number): number => WIDTH / 2 + pixels * (metres - (left + right) / 2);
+  const y = (metres: number): number => HEIGHT - 24 - pixels * (metres - near);
+  const drawing = svg("svg", { viewBox: `0 0 ${WIDTH} ${HEIGHT}`, role: "img", width: "100%", "aria-label": label });
+  const ellipses = plane.map((estimate) => ({ estimate, ellipse: ellipseOf(matrixOf(estimate, name)) }));
+  const largest = Math.max(0, ...ellipses.map(({ ellipse }) => ellipse?.major ?? 0));
+  const scale = largest > 0 ? (pixels * 0.9 * REACH_MARGIN_M) / largest : 0;
+  for (const { estimate, ellipse } of ellipses) {
+    const place = places.get(postureOf(estimate)) ?? 0;
+    const [px, py] = [x(estimate.posture_m[0]!), y(estimate.posture_m[1]!)];
+    const mark = svg("g", { class: toneClass(colourOf(place)) });
+    mark.append(svg("path", { d: `M ${x(0)} ${y(0)} L ${px} ${py}`, class: "limb" }), markerAt(place, px, py, 0.7));
+    if (ellipse && estimate.status !== EstimateStatus.ESTIMATE_UNDETERMINED) {
+      const turn = `rotate(${(-ellipse.angle * 180) / Math.PI} ${px} ${py})`;
+      mark.append(svg("ellipse", { cx: px, cy: py, rx: scale * ellipse.major, ry: Math.max(0.1, scale * ellipse.minor), transform: turn, class: "ellipse", "stroke-dasharray": dashOf(place) }));
+    }
+    mark.append(svg("title", {}, conditionOf(estimate)));
+    drawing.append(mark);
+  }
+  drawing.append(
+    svg("circle", { cx: x(0), cy: y(0), r: 6, class: "shoulder" }),
+    svg("text", { x: x(0) + 10, y: y(0) + 5, class: "small" }, "shoulder"),
+    svg("path", { class: "axis", d: `M 10 ${HEIGHT - 8} h ${0.1 * pixels}`, "stroke-width": 2 }),
+    svg("text", { x: 16 + 0.1 * pixels, y: HEIGHT - 4, class: "small" }, "0.1 m"),
   );
   return drawing;
 }

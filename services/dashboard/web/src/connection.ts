@@ -6,6 +6,7 @@ import { FoxgloveClient, type Channel } from "@foxglove/ws-protocol";
 import { forgetToken, token } from "./access";
 import type { OperatorReply } from "./gateway_messages";
 import { hex } from "./names";
+import { operatorName } from "./operator_name";
 
 const FIRST_PAUSE_MS = 250;
 const LONGEST_PAUSE_MS = 3000;
@@ -42,7 +43,7 @@ export class Connection {
   #pause = FIRST_PAUSE_MS;
   #state: LinkState = "connecting";
   #reason = "";
-  #heardAt = 0;
+  #heardAt = { steady: 0, utc: 0 };
   #undecoded = 0;
 
   role = "";
@@ -95,7 +96,7 @@ export class Connection {
   /// then, so that it is done once.
   request(name: string, fields: Record<string, unknown> = {}): Promise<OperatorReply> {
     const id = randomId();
-    const body = { request_id: id, request: name, ...fields };
+    const body = { request_id: id, request: name, page: pageName(), by: operatorName(), ...fields };
     return new Promise((resolve) => {
       const send = (): void => this.#publish(body);
       const again = setInterval(send, 1000);
@@ -128,7 +129,7 @@ export class Connection {
     const client = new FoxgloveClient({ ws: socket });
     this.#socket = socket;
     this.#client = client;
-    this.#heardAt = performance.now();
+    this.#heard();
     client.on("serverInfo", (info) => {
       this.role = info.metadata?.["role"] ?? "";
     });
@@ -139,7 +140,7 @@ export class Connection {
       for (const [topic, wanted] of this.#wanted) this.#subscribeIfPossible(topic, wanted);
     });
     client.on("message", ({ subscriptionId, timestamp, data }) => {
-      this.#heardAt = performance.now();
+      this.#heard();
       const wanted = this.#bySubscription.get(subscriptionId);
       if (!wanted?.decode) return;
       let value: unknown;
@@ -188,8 +189,14 @@ export class Connection {
     this.#connect();
   }
 
+  #heard(): void {
+    this.#heardAt = { steady: performance.now(), utc: Date.now() };
+  }
+
   #checkSilence(): void {
-    if (!this.#client || performance.now() - this.#heardAt < SILENCE_MS) return;
+    // While this machine sleeps, only the clock on the wall goes on.
+    const silence = Math.max(performance.now() - this.#heardAt.steady, Date.now() - this.#heardAt.utc);
+    if (!this.#client || silence < SILENCE_MS) return;
     const client = this.#client;
     this.#socket?.close();
     // The closing handshake takes long where nobody answers: treat the connection as closed now.
@@ -220,6 +227,9 @@ function decoderOf(channel: Channel): (data: DataView) => unknown {
   const reader = parseSchema(channel.schemaName, channel.schema);
   return (data) => reader.readMessage(data);
 }
+
+/// For the record of who pressed what where: "results".
+const pageName = (): string => location.pathname.replaceAll("/", "") || "operator";
 
 async function isTokenRefused(): Promise<boolean> {
   try {

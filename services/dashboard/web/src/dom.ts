@@ -43,7 +43,7 @@ export type Fact = [string, string, string?];
 export function facts(list: HTMLElement, entries: Fact[]): void {
   const wanted = entries.flatMap(([name, text, tone]) => [
     el("dt", {}, name),
-    el("dd", { class: tone, id: `fact-${name.toLowerCase().replaceAll(" ", "-")}` }, text),
+    el("dd", { class: tone, id: `fact-${name.toLowerCase().replaceAll(" ", "-")}`, title: text }, text),
   ]);
   const isSame =
     wanted.length === list.children.length &&

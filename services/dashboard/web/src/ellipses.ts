@@ -1,7 +1,9 @@
 // The ellipses of one matrix at the postures where they were measured; new ones grow into their place. Where several
-// conditions were measured at a posture, those of single sets are drawn faint, and the chosen one stands out.
+// conditions were measured at a posture, those of single sets are drawn faint, and the chosen one stands out. The scale is that
+// of the estimates: a wide interval is cut off at the edge of its posture's place. A posture whose estimate is not determined
+// yet has an empty circle and the number of its trials.
 
-import type { Estimate } from "./contract";
+import { EstimateStatus, type Estimate } from "./contract";
 import { el, svg } from "./dom";
 import {
   bandOf,
@@ -11,28 +13,30 @@ import {
   matrixOf,
   matrixTitles,
   postureOf,
-  postureTones,
   toneClass,
   unitOf,
   type Ellipse,
   type MatrixName,
 } from "./matrices";
+import { colourOf, dashOf, markerAt, postureTones } from "./posture_style";
 
 const SIZE = 330; // of the drawing, user units
 const MARGIN = 24; // below, for the scale
-const LABEL = 20; // height of a posture's name
+const LABEL = 24; // height of a posture's name
 const SAME_PLACE_M = 0.01;
 const GROWTH_MS = 600;
+const FILL = 0.85; // of a place, by the largest ellipse; the rest is for intervals
 
 interface Drawn {
   x: number;
   y: number;
   label: string;
   posture: string;
-  tone: string;
+  place: number; // of posture_style.ts
   isFaint: boolean;
   isChosen: boolean;
-  ellipse: Ellipse;
+  ellipse?: Ellipse; // none: not determined
+  note: string; // below the posture's name
   outer?: Ellipse;
   inner?: Ellipse;
 }
@@ -50,11 +54,11 @@ export class EllipseChart {
     this.root.append(el("h3", {}, matrixTitles[name]), this.#drawing);
   }
 
-  /// `chosen`: the condition that stands out.
-  update(estimates: Estimate[], chosen: string): void {
-    const tones = postureTones(estimates);
+  /// `chosen`: the condition that stands out. `planned`: trials of each posture, where the plan is known.
+  update(estimates: Estimate[], chosen: string, planned: ReadonlyMap<string, number>): void {
+    const places = postureTones(estimates);
     const items = estimates
-      .flatMap((estimate) => this.#item(estimate, toneClass(tones.get(postureOf(estimate)) ?? 0), chosen))
+      .flatMap((estimate) => this.#item(estimate, places.get(postureOf(estimate)) ?? 0, chosen, planned))
       .sort((a, b) => Number(a.isChosen) - Number(b.isChosen));
     this.#drawing.setAttribute(
       "aria-label",
@@ -67,80 +71,89 @@ export class EllipseChart {
     const step = (): void => {
       const share = isCalm ? 1 : Math.min(1, (performance.now() - begin) / GROWTH_MS);
       const eased = 1 - (1 - share) ** 3;
-      this.#draw(items, estimates, (item) => grown(from.get(item.label), item.ellipse, eased), share === 1);
+      this.#draw(items, estimates, (item) => item.ellipse && grown(from.get(item.label), item.ellipse, eased), share === 1);
       if (share < 1) this.#animation = requestAnimationFrame(step);
     };
     step();
   }
 
-  #item(estimate: Estimate, tone: string, chosen: string): Drawn[] {
+  #item(estimate: Estimate, place: number, chosen: string, planned: ReadonlyMap<string, number>): Drawn[] {
     const matrix = matrixOf(estimate, this.#name);
-    const ellipse = ellipseOf(matrix);
-    if (!ellipse) return [];
+    const isDetermined = estimate.status !== EstimateStatus.ESTIMATE_UNDETERMINED;
+    const ellipse = isDetermined ? ellipseOf(matrix) : undefined;
+    if (!ellipse && !isWhole(estimate)) return [];
     const label = conditionOf(estimate);
     const isChosen = label === chosen;
     const band = isWhole(estimate) || isChosen ? bandOf(matrix) : undefined;
+    const of = planned.get(postureOf(estimate));
+    const trials = `${estimate.trials_used}${of === undefined ? "" : ` of ${of}`} trials`;
     return [
       {
         x: estimate.posture_m[0]!,
         y: estimate.posture_m[1]!,
         label,
         posture: postureOf(estimate),
-        tone,
+        place,
         isFaint: !isWhole(estimate) && !isChosen,
         isChosen,
         ellipse,
-        outer: band?.outer,
-        inner: band?.inner,
+        note: ellipse ? "" : isDetermined ? "no ellipse" : trials,
+        outer: ellipse && band?.outer,
+        inner: ellipse && band?.inner,
       },
     ];
   }
 
-  #draw(items: Drawn[], estimates: Estimate[], now: (item: Drawn) => Ellipse, isWithBands: boolean): void {
+  #draw(items: Drawn[], estimates: Estimate[], now: (item: Drawn) => Ellipse | undefined, isWithBands: boolean): void {
     this.#drawing.replaceChildren();
     if (items.length === 0 || !estimates[0]) {
       this.#drawing.append(svg("text", { x: SIZE / 2, y: SIZE / 2, "text-anchor": "middle" }, "nothing yet"));
       return;
     }
     const places = layout(items);
-    const largest = Math.max(...items.map((item) => item.outer?.major ?? item.ellipse.major));
-    const scale = places.radius / largest;
-    const shape = (item: Drawn, ellipse: Ellipse, attributes: Record<string, string>): SVGElement => {
+    const largest = Math.max(0, ...items.map((item) => item.ellipse?.major ?? 0));
+    const scale = largest > 0 ? (FILL * places.radius) / largest : 0;
+    const named = new Set<string>();
+    for (const item of items) {
       const [x, y] = places.at(item);
-      return svg("ellipse", {
+      const ellipse = now(item);
+      if (ellipse) this.#append(item, ellipse, [x, y], scale, isWithBands ? places.radius : 0);
+      if (named.has(item.posture)) continue;
+      named.add(item.posture);
+      const tone = toneClass(colourOf(item.place));
+      const mark = svg("g", { class: tone }, markerAt(item.place, x, y, ellipse ? 0.6 : 1));
+      if (!ellipse) mark.append(svg("circle", { cx: x, cy: y, r: 0.4 * places.radius, class: "undetermined" }));
+      const name = [item.posture.slice(0, 24), item.note].filter((part) => part !== "").join(": ");
+      this.#drawing.append(mark, svg("text", { x, y: y + places.radius + 13, "text-anchor": "middle", class: "small" }, name));
+    }
+    if (largest > 0) this.#appendScale(roundDown(largest), scale, unitOf(estimates[0], this.#name));
+  }
+
+  /// `room`: where its interval is cut off; 0: without one.
+  #append(item: Drawn, ellipse: Ellipse, [x, y]: [number, number], scale: number, room: number): void {
+    const tone = toneClass(colourOf(item.place));
+    const shape = (one: Ellipse, attributes: Record<string, string>): SVGElement =>
+      svg("ellipse", {
         ...attributes,
         cx: x,
         cy: y,
-        rx: Math.max(0.1, scale * ellipse.major),
-        ry: Math.max(0.1, scale * ellipse.minor),
-        transform: `rotate(${(-ellipse.angle * 180) / Math.PI} ${x} ${y})`, // the drawing's y goes down
+        rx: Math.max(0.1, scale * one.major),
+        ry: Math.max(0.1, scale * one.minor),
+        transform: `rotate(${(-one.angle * 180) / Math.PI} ${x} ${y})`, // the drawing's y goes down
       });
-    };
-    const named = new Set<string>();
-    for (const item of items) {
-      const { tone } = item;
-      const ellipse = now(item);
-      this.#shown.set(item.label, ellipse);
-      const [x, y] = places.at(item);
-      if (isWithBands && item.outer && item.inner) {
-        this.#drawing.append(
-          shape(item, item.outer, { class: `band ${tone}` }),
-          shape(item, item.inner, { class: `band hole ${tone}` }),
-        );
-      }
-      const weight = item.isFaint ? " faint" : item.isChosen ? " chosen" : "";
-      const drawn = shape(item, ellipse, { class: `ellipse ${tone}${weight}`, "data-condition": item.label });
-      drawn.append(svg("title", {}, item.label));
-      this.#drawing.append(drawn);
-      if (named.has(item.posture)) continue;
-      named.add(item.posture);
-      this.#drawing.append(
-        svg("circle", { cx: x, cy: y, r: 2, class: tone, fill: "currentColor" }),
-        svg("text", { x, y: y + places.radius + 12, "text-anchor": "middle", class: "small" }, item.posture.slice(0, 24)),
-      );
+    if (room > 0 && item.outer && item.inner) {
+      const cut = svg("svg", { x: x - room, y: y - room, width: 2 * room, height: 2 * room, viewBox: `${x - room} ${y - room} ${2 * room} ${2 * room}` });
+      cut.append(shape(item.outer, { class: `band ${tone}` }), shape(item.inner, { class: `band hole ${tone}` }));
+      this.#drawing.append(cut);
     }
-    const unit = unitOf(estimates[0], this.#name);
-    const round = roundDown(largest);
+    this.#shown.set(item.label, ellipse);
+    const weight = item.isFaint ? " faint" : item.isChosen ? " chosen" : "";
+    const drawn = shape(ellipse, { class: `ellipse ${tone}${weight}`, "data-condition": item.label, "stroke-dasharray": dashOf(item.place) });
+    drawn.append(svg("title", {}, item.label));
+    this.#drawing.append(drawn);
+  }
+
+  #appendScale(round: number, scale: number, unit: string): void {
     const length = scale * round;
     this.#drawing.append(
       svg("path", { class: "axis", d: `M 10 ${SIZE - 12} h ${length}`, "stroke-width": 2 }),

@@ -1,16 +1,16 @@
 // A value and how old it is. The age counts from its writing as far as this machine's clock can tell, and at
-// least from its arrival.
+// least from its arrival; while this machine sleeps, its clock on the wall counts.
 
 import type { Arrival } from "./connection";
 
 export class Fresh<T> {
   value?: T;
-  #arrived = 0;
+  #arrived = { steady: 0, utc: 0 };
   #ageAtArrival = 0;
 
   set({ value, writtenNs }: Arrival<T>): void {
     this.value = value;
-    this.#arrived = performance.now();
+    this.#arrived = { steady: performance.now(), utc: Date.now() };
     const age = (Date.now() - Number(writtenNs / 1_000_000n)) / 1000;
     this.#ageAtArrival = age > 1 ? age : 0; // below that it may be the clocks' difference
   }
@@ -18,7 +18,8 @@ export class Fresh<T> {
   /// s; undefined where there is no value.
   get age(): number | undefined {
     if (this.value === undefined) return undefined;
-    return this.#ageAtArrival + (performance.now() - this.#arrived) / 1000;
+    const sinceArrival = Math.max(performance.now() - this.#arrived.steady, Date.now() - this.#arrived.utc);
+    return this.#ageAtArrival + sinceArrival / 1000;
   }
 }
 

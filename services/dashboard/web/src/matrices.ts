@@ -70,7 +70,8 @@ export function bandOf(matrix: MatrixEstimate): { inner: Ellipse; outer: Ellipse
   };
 }
 
-function quantileOf(matrix: MatrixEstimate): number {
+/// Of the 95 % intervals: half width over standard error.
+export function quantileOf(matrix: MatrixEstimate): number {
   const i = matrix.standard_error.findIndex((error) => error > 0);
   return i < 0 ? 1.96 : (matrix.high95[i]! - matrix.low95[i]!) / (2 * matrix.standard_error[i]!);
 }
@@ -89,14 +90,6 @@ export const postureOf = (estimate: Estimate): string => estimate.posture || `po
 
 /// Of all sets of a condition together, as against one set of them.
 export const isWhole = (estimate: Estimate): boolean => estimate.set_number === 0;
-
-/// Colours go by posture: what belongs to one place looks alike in every drawing.
-export function postureTones(estimates: Estimate[]): Map<string, number> {
-  const tones = new Map<string, number>();
-  for (const estimate of estimates)
-    if (!tones.has(postureOf(estimate))) tones.set(postureOf(estimate), tones.size);
-  return tones;
-}
 
 /// There are six colours; what comes after begins anew.
 export const toneClass = (tone: number): string => `tone-${tone % 6}`;

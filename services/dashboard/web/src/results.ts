@@ -1,7 +1,7 @@
 // The results' page: what has been identified so far, growing.
 
 import { Connection } from "./connection";
-import type { Estimate, SessionState } from "./contract";
+import type { Estimate, SessionPlan, SessionState } from "./contract";
 import { el, setText } from "./dom";
 import { archivedMessages } from "./framed_messages";
 import { Fresh, ageText } from "./freshness";
@@ -10,25 +10,21 @@ import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
 
 const connection = new Connection();
-const { main, say } = buildShell(connection, "/results");
+const { main, say, desk } = buildShell(connection, "/results");
 const view = new ResultsView({ say });
 const title = el("p", { class: "faint", id: "which" }, "No session yet.");
 main.append(title, view.root);
 
-const session = new Fresh<SessionState>();
 const newest = new Fresh<Estimate>();
 const held: Estimate[] = [];
 let shown = "";
-let sessionWritten = 0n;
 
-connection.subscribe<SessionState>("session/state", (arrival) => {
-  if (arrival.writtenNs < sessionWritten) return;
-  sessionWritten = arrival.writtenNs;
-  session.set(arrival);
-  const id = hex(arrival.value.session_id);
+connection.subscribe<SessionState>("session/state", () => {
+  const id = desk.session.value ? hex(desk.session.value.session_id) : "";
   if (id === shown) return;
   shown = id;
   view.clear();
+  view.setPlan(desk.plan);
   for (const estimate of held) if (hex(estimate.session_id) === shown) view.add(estimate);
   void loadHistory(id);
 });
@@ -54,8 +50,10 @@ async function loadHistory(id: string): Promise<void> {
   }
 }
 
+connection.subscribe<SessionPlan>("session/plan", () => view.setPlan(desk.plan));
+
 setInterval(() => {
-  const state = session.value;
+  const state = desk.session.value;
   if (!state) return;
   setText(
     title,

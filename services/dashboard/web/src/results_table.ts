@@ -2,7 +2,7 @@
 
 import { EstimateStatus, type Estimate } from "./contract";
 import { el } from "./dom";
-import { estimatesText } from "./estimates_text";
+import { estimatesText, noFacts, type SessionFacts } from "./estimates_text";
 import { conditionOf, elementNames, elementsOf, matrixNames, matrixOf, methodOf, unitOf, withError } from "./matrices";
 import { hex, nameOf, statusNames } from "./names";
 
@@ -23,13 +23,14 @@ const stack = (className: string, lines: string[], last: string): HTMLElement =>
 export class ResultsTable {
   readonly root = el("div");
   #estimates: Estimate[] = [];
+  #facts = noFacts;
   #body = el("tbody", { id: "estimates" });
 
   constructor({ say }: TableActions) {
     const copy = el("button", { type: "button", id: "copy" }, "Copy table");
     const download = el("button", { type: "button", id: "download" }, "Download CSV");
     copy.addEventListener("click", () => {
-      navigator.clipboard.writeText(estimatesText(this.#estimates, "\t")).then(
+      navigator.clipboard.writeText(estimatesText(this.#estimates, "\t", this.#facts)).then(
         () => say(`Copied ${this.#estimates.length} estimates.`),
         (error: Error) => say(`Not copied: ${error.message}. Download works.`, true),
       );
@@ -45,12 +46,13 @@ export class ResultsTable {
     );
     this.root.append(
       el("div", { class: "row" }, copy, download),
-      el("div", { class: "scroll tall", tabindex: 0 }, el("table", {}, el("thead", {}, head), this.#body)),
+      el("div", { class: "scroll tall", tabindex: 0, role: "group", "aria-label": "Estimates" }, el("table", {}, el("thead", {}, head), this.#body)),
     );
   }
 
-  update(estimates: Estimate[]): void {
+  update(estimates: Estimate[], facts: SessionFacts): void {
     this.#estimates = estimates;
+    this.#facts = facts;
     this.#body.replaceChildren(...estimates.map((estimate) => this.#row(estimate)));
   }
 
@@ -58,32 +60,35 @@ export class ResultsTable {
     const tone = statusTones[estimate.status];
     const elements = elementsOf(estimate);
     const axes = estimate.axes === 1 ? [0] : [0, 1];
+    // What is not determined has no value, whatever its number is.
+    const isDetermined = estimate.status !== EstimateStatus.ESTIMATE_UNDETERMINED;
+    const known = (text: string): string => (isDetermined ? text : "–");
     const matrices = matrixNames.map((name) => {
       const { value, standard_error } = matrixOf(estimate, name);
-      return stack("number", elements.map((i) => withError(value[i]!, standard_error[i]!)), unitOf(estimate, name));
+      return stack("number", elements.map((i) => known(withError(value[i]!, standard_error[i]!))), unitOf(estimate, name));
     });
     const isMetric = estimate.displacement_unit === "m" || estimate.displacement_unit === "";
     const { value, standard_error } = estimate.spring_centre_m;
     const scale = isMetric ? 1000 : 1;
-    const centre = axes.map((i) => withError(scale * value[i]!, scale * standard_error[i]!));
+    const centre = axes.map((i) => known(withError(scale * value[i]!, scale * standard_error[i]!)));
     return el(
       "tr",
       { "data-estimate": hex(estimate.estimate_id) },
       stack("", [conditionOf(estimate)], methodOf(estimate)),
-      el("td", { class: tone, title: estimate.reasons.join("; ") }, nameOf(statusNames, estimate.status)),
+      el("td", { class: "long" }, el("div", { class: tone }, nameOf(statusNames, estimate.status)), el("div", { class: "faint" }, estimate.reasons.join("; "))),
       el("td", { class: "number" }, String(estimate.trials_used)),
       el("td", { class: estimate.trials_rejected > 0 ? "number warn" : "number" }, String(estimate.trials_rejected)),
       stack("faint", elements.map((i) => elementNames[i]!), ""),
       ...matrices,
       stack("number", centre, isMetric ? "mm" : estimate.displacement_unit),
-      stack("number", axes.map((i) => estimate.sigma_N[i]!.toFixed(3)), estimate.force_unit || "N"),
+      stack("number", axes.map((i) => known(estimate.sigma_N[i]!.toFixed(3))), estimate.force_unit || "N"),
     );
   }
 
   #download(): void {
-    const url = URL.createObjectURL(new Blob([estimatesText(this.#estimates, ",")], { type: "text/csv" }));
+    const url = URL.createObjectURL(new Blob([estimatesText(this.#estimates, ",", this.#facts)], { type: "text/csv" }));
     const session = this.#estimates[0] ? hex(this.#estimates[0].session_id).slice(0, 8) : "none";
-    el("a", { href: url, download: `tonus-${session}.csv` }).click();
+    el("a", { href: url, download: `tonus-${this.#facts.subject ? `${this.#facts.subject}-` : ""}${session}.csv` }).click();
     setTimeout(() => URL.revokeObjectURL(url), 1000);
   }
 }

@@ -1,77 +1,43 @@
-// Which services are present, and their state.
+// The services that are present, and their state.
 
-import type { Connection } from "./connection";
-import { ServiceRole, type ServiceHealth } from "./contract";
+import type { ServiceHealth } from "./contract";
 import { el, panel } from "./dom";
-import { Fresh, ageText } from "./freshness";
-import { hex, nameOf, roleNames } from "./names";
-
-const SILENCE_S = 2; // as the services themselves count: four missed reports
-const NEEDED: readonly ServiceRole[] = [
-  ServiceRole.ROLE_RIG,
-  ServiceRole.ROLE_SCHEDULER,
-  ServiceRole.ROLE_IDENTIFICATION,
-  ServiceRole.ROLE_ARCHIVE,
-];
+import { ageText } from "./freshness";
+import { nameOf, roleNames } from "./names";
+import { SILENCE_S, neededRoles, type Presence } from "./presence";
 
 export class Roster {
   readonly root: HTMLElement;
   #age: HTMLElement;
   #body = el("tbody");
-  #connection: Connection;
-  #entries = new Map<string, Fresh<ServiceHealth>>();
+  #presence: Presence;
 
-  constructor(connection: Connection) {
-    this.#connection = connection;
+  constructor(presence: Presence) {
+    this.#presence = presence;
     const head = el(
       "tr",
       {},
       ...["Service", "State", "Lag", "Drops", "Heard"].map((name) => el("th", { scope: "col" }, name)),
     );
-    const made = panel("Services", "roster", el("div", { class: "scroll" }, el("table", {}, el("thead", {}, head), this.#body)));
+    const table = el("table", {}, el("thead", {}, head), this.#body);
+    const made = panel("Services", "roster", el("div", { class: "scroll steady", tabindex: 0, role: "group", "aria-label": "Services" }, table));
     this.root = made.root;
     this.#age = made.age;
-    connection.subscribe<ServiceHealth>("service/health", (arrival) => {
-      const id = hex(arrival.value.instance_id);
-      const entry = this.#entries.get(id) ?? new Fresh<ServiceHealth>();
-      if (arrival.value.is_leaving && entry.value?.process_id !== arrival.value.process_id) return;
-      entry.set(arrival);
-      this.#entries.set(id, entry);
-    });
   }
 
-  #find(role: ServiceRole): ServiceHealth | undefined {
-    for (const { value, age } of this.#entries.values()) {
-      if (value?.role === role && !value.is_leaving && age! < SILENCE_S) return value;
-    }
-    return undefined;
-  }
-
-  /// Why a session cannot start; empty where it can.
-  missing(): string {
-    if (this.#connection.state !== "connected") return "not connected";
-    return NEEDED.flatMap((role) => {
-      const health = this.#find(role);
-      if (!health) return [`${roleNames[role]} is missing`];
-      return health.is_ready ? [] : [`${roleNames[role]} is not ready: ${health.state}`];
-    }).join("; ");
-  }
-
-  render(): void {
-    const rows = [...this.#entries.values()]
-      .filter(({ value }) => !value!.is_leaving)
-      .sort((a, b) => a.value!.role - b.value!.role);
-    const word = this.#connection.state === "connected" ? "missing" : "unknown";
-    const absent = NEEDED.filter((role) => !rows.some(({ value }) => value!.role === role));
+  render(isConnected: boolean): void {
+    const entries = this.#presence.entries();
+    const word = isConnected ? "missing" : "unknown";
+    const absent = neededRoles.filter((role) => !entries.some(({ health }) => health.role === role));
     this.#body.replaceChildren(
-      ...rows.map(({ value, age }) => this.#row(value!, age!)),
+      ...entries.map(({ health, age }) => this.#row(health, age)),
       ...absent.map((role) =>
         el("tr", {}, el("td", {}, roleNames[role]), el("td", { class: "bad", colspan: 4 }, word)),
       ),
     );
-    const missing = this.missing();
-    this.#age.className = missing ? "age old" : "age";
-    this.#age.textContent = missing === "not connected" ? missing : missing ? "incomplete" : "complete";
+    const missing = this.#presence.missing();
+    this.#age.className = !isConnected || missing.length > 0 ? "age old" : "age";
+    this.#age.textContent = !isConnected ? "not connected" : missing.length > 0 ? "incomplete" : "complete";
   }
 
   #row(health: ServiceHealth, age: number): HTMLElement {

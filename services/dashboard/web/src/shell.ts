@@ -1,10 +1,13 @@
-// What the pages share: header, links, state of the connection, emergency stop, token.
+// What the pages share: header, links, emergency stop, state strip, token, messages.
 
+import "./stop.css";
 import "./style.css";
 import { keepToken } from "./access";
 import type { Connection, LinkState } from "./connection";
+import { Desk } from "./desk";
 import { el, setText } from "./dom";
 import { emergencyStop } from "./emergency_stop";
+import { stateStrip } from "./strip";
 
 const pages = [
   ["/", "Operator", "1"],
@@ -27,9 +30,11 @@ const SAID_BAD_MS = 60_000;
 export interface Shell {
   main: HTMLElement;
   say: (text: string, isBad?: boolean) => void;
+  desk: Desk;
 }
 
 export function buildShell(connection: Connection, current: string): Shell {
+  const desk = new Desk(connection);
   let silence = 0;
   const say = (text: string, isBad = false): void => {
     notice.className = isBad ? "notice bad" : "notice";
@@ -38,23 +43,17 @@ export function buildShell(connection: Connection, current: string): Shell {
     silence = window.setTimeout(() => setText(notice, ""), isBad ? SAID_BAD_MS : SAID_MS);
   };
   const notice = el("p", { class: "notice", role: "status", "aria-live": "polite", id: "notice" });
-  const link = el("span", { class: "link", id: "link", role: "status" });
-  const stop = emergencyStop(connection, "EMERGENCY STOP", say);
+  const link = el("span", { class: "link", id: "link" });
   const nav = el("nav", { "aria-label": "Pages" });
   for (const [path, name, key] of pages) {
     nav.append(
       el("a", { href: path, "aria-current": path === current ? "page" : undefined, title: `${name} (Alt+${key})` }, name),
     );
   }
-  const banner = el("p", { class: "banner", id: "banner", role: "alert", hidden: true });
-  const main = el("main", { id: "main" });
-  document.body.append(
-    el("header", { class: "top" }, el("strong", { class: "brand" }, "tonus"), nav, link, stop),
-    banner,
-    tokenForm(connection),
-    main,
-    notice,
-  );
+  const title = pages.find(([path]) => path === current)?.[1] ?? "";
+  const main = el("main", { id: "main" }, el("h1", { class: "unseen" }, title));
+  const bar = el("div", { class: "bar" }, el("strong", { class: "brand" }, "tonus"), nav, link, emergencyStop(connection, "EMERGENCY STOP", say));
+  document.body.append(el("header", { class: "top" }, bar, stateStrip(desk)), tokenForm(connection), main, notice);
   const showLink = (): void => {
     const isConnected = connection.state === "connected";
     const role = isConnected && connection.role ? ` (${connection.role})` : "";
@@ -62,21 +61,17 @@ export function buildShell(connection: Connection, current: string): Shell {
     setText(link, stateTexts[connection.state] + role + unread);
   };
   setInterval(showLink, 1000);
-  connection.onState((state, reason) => {
+  connection.onState((state) => {
     document.body.dataset["link"] = state;
     showLink();
-    banner.hidden = state === "connected" || state === "connecting";
-    const trouble =
-      state === "refused" ? reason : `Disconnected: ${reason}. The values below are old. Reconnecting…`;
-    setText(banner, banner.hidden ? "" : trouble);
   });
   listenForPageKeys();
-  return { main, say };
+  return { main, say, desk };
 }
 
 function listenForPageKeys(): void {
   document.addEventListener("keydown", (event) => {
-    const page = pages.find(([, , key]) => key === event.key);
+    const page = pages.find(([, , key]) => event.code === `Digit${key}`);
     if (event.altKey && page) {
       event.preventDefault();
       location.assign(page[0]);
@@ -88,7 +83,7 @@ function tokenForm(connection: Connection): HTMLElement {
   const input = el("input", { type: "password", id: "token", autocomplete: "off", required: true });
   const form = el(
     "form",
-    { class: "token", hidden: true },
+    { class: "token", hidden: true, "aria-label": "Token" },
     el("label", { for: "token" }, "Token"),
     input,
     el("button", { type: "submit" }, "Connect"),

@@ -2,44 +2,54 @@
 // depends on the cue and on the hand's measured place only: not on commands, not on a trial's phase, so that nothing gives
 // away when a push comes.
 
+import "./stop.css";
 import "./subject.css";
 import { Connection } from "./connection";
-import { RigKind, type RigDescription, type SampleBlock, type SessionCue, type SessionState, type TrialProgram } from "./contract";
+import { RigKind, type RigDescription, type SampleBlock, type SessionCue, type TrialProgram } from "./contract";
+import { Desk } from "./desk";
 import { el, setText } from "./dom";
 import { emergencyStop } from "./emergency_stop";
 import { Fresh } from "./freshness";
 import { handOf, poseOf, robotFrame, type ShoulderPose } from "./geometry";
 import { isActive } from "./names";
+import { english, subjectLineOf, textsProblem, type SubjectTexts } from "./subject_lines";
 
 const OLD_CURSOR_S = 0.5;
 const ZOOM_KEY = "tonus-subject-pixels-per-cm";
+const LANGUAGE_KEY = "tonus-subject-language";
+const languages = ["en", "de"]; // public/languages; another one by its file's name: /subject?language=fr
 
 const connection = new Connection();
+const desk = new Desk(connection);
+const session = desk.session;
 const cue = new Fresh<SessionCue>();
-const session = new Fresh<SessionState>();
 const samples = new Fresh<SampleBlock>();
 let rig: RigDescription | undefined;
 let pose: ShoulderPose | undefined;
-let sessionWritten = 0n;
 let cueWritten = 0n;
 
 const canvas = el("canvas", { id: "target", role: "img", "aria-label": "Target circle and hand" });
 const instruction = el("p", { class: "instruction", id: "instruction", role: "status" });
 const trouble = el("p", { class: "trouble", id: "trouble", role: "alert" });
+const line = el("p", { class: "line", id: "strip-text", role: "status" });
+const strip = el("section", { class: "strip", id: "strip", "aria-label": "What to do" }, line);
+const language = el("select", { id: "language", "aria-label": "Language" }, ...languages.map((name) => el("option", { value: name, lang: name }, name)));
+let texts: SubjectTexts = english;
 const zoom = el("input", {
   type: "number", id: "zoom", min: 10, max: 1000, step: 1, "aria-label": "Pixels of this screen for one centimetre of the hand's way",
 });
 zoom.value = localStorage.getItem(ZOOM_KEY) ?? "120";
 zoom.addEventListener("input", () => localStorage.setItem(ZOOM_KEY, zoom.value));
 const full = el("button", { type: "button", id: "full-screen" }, "Full screen (F)");
-const setup = el("div", { class: "setup" }, el("a", { href: "/" }, "Operator"), el("label", {}, "1 cm = ", zoom, " px"), full);
+const setup = el("div", { class: "setup" }, el("a", { href: "/" }, "Operator"), el("label", {}, "1 cm = ", zoom, " px"), language, full);
 const STOP_SAID_MS = 10000;
 let stopSaid = { text: "", at: -Infinity };
-const stop = emergencyStop(connection, "STOP", (text) => {
+const stop = emergencyStop(connection, "EMERGENCY STOP", (text) => {
   stopSaid = { text, at: performance.now() };
   showText();
 });
-document.body.append(canvas, instruction, trouble, stop, setup);
+const main = el("main", {}, el("h1", { class: "unseen" }, "Target"), canvas, strip, instruction, trouble);
+document.body.append(main, el("header", {}, stop, setup));
 
 function toggleFullScreen(): void {
   if (document.fullscreenElement) void document.exitFullscreen();
@@ -62,11 +72,6 @@ connection.subscribe<SessionCue>("session/cue", (arrival) => {
   if (arrival.writtenNs < cueWritten) return;
   cueWritten = arrival.writtenNs;
   cue.set(arrival);
-});
-connection.subscribe<SessionState>("session/state", (arrival) => {
-  if (arrival.writtenNs < sessionWritten) return;
-  sessionWritten = arrival.writtenNs;
-  session.set(arrival);
 });
 connection.subscribe<RigDescription>("rig/description", ({ value }) => (rig = value));
 connection.subscribe<{ program: TrialProgram }>("trial/command", ({ value }) => (pose = poseOf(value.program)));
@@ -119,16 +124,32 @@ function drawTarget(context: CanvasRenderingContext2D, target: SessionCue, x: nu
 }
 requestAnimationFrame(draw);
 
+/// A language is a file: a laboratory adds its own beside the others.
+async function loadLanguage(name: string): Promise<void> {
+  if (!/^[a-z]{2,3}(-[A-Za-z]{2,4})?$/.test(name)) return;
+  try {
+    const found: unknown = name === "en" ? english : await (await fetch(`/languages/${name}.json`)).json();
+    const problem = textsProblem(found);
+    if (problem) throw new Error(problem);
+    texts = found as SubjectTexts;
+    document.documentElement.lang = name;
+    language.value = languages.includes(name) ? name : "";
+  } catch (error) {
+    console.warn(`language ${name}:`, (error as Error).message);
+  }
+}
+language.addEventListener("change", () => {
+  localStorage.setItem(LANGUAGE_KEY, language.value);
+  void loadLanguage(language.value);
+});
+void loadLanguage(new URLSearchParams(location.search).get("language") ?? localStorage.getItem(LANGUAGE_KEY) ?? "en");
+
 function showText(): void {
-  const isConnected = connection.state === "connected";
-  const isGoing = session.value !== undefined && isActive(session.value.phase);
-  const link = {
-    refused: "A token is needed: open this page as /subject#token=…",
-    disconnected: "Disconnected. Please wait.",
-    connecting: "",
-    connected: "",
-  }[connection.state];
-  setText(trouble, performance.now() - stopSaid.at < STOP_SAID_MS ? stopSaid.text : link);
-  setText(instruction, !isConnected ? "" : isGoing ? (cue.value?.instruction ?? "") : "Please wait for the operator.");
+  const key = subjectLineOf(desk.view());
+  strip.dataset["state"] = key;
+  setText(line, texts[key]);
+  setText(trouble, performance.now() - stopSaid.at < STOP_SAID_MS ? stopSaid.text : "");
+  setText(instruction, key === "running" || key === "to_the_circle" ? (cue.value?.instruction ?? "") : "");
 }
 setInterval(showText, 250);
+showText();

@@ -2,21 +2,29 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { RigKind, type RigDescription, type SampleBlock, type TrialProgram } from "./contract";
+import { RigKind, TrialPhase, type RigDescription, type SampleBlock, type TrialProgram } from "./contract";
 import { el, setText } from "./dom";
 import { handOf, poseOf, type ShoulderPose } from "./geometry";
 
 const WINDOW_S = 10;
-const HEIGHT = 158; // CSS pixels
+const HEIGHT = 176; // CSS pixels
 // Half of the least height of a plot: noise at rest is not to look like motion. In mm and N; other units have none.
 const LEAST_MM = 2;
 const LEAST_N = 1;
 const POINTS_PER_S = 250; // more than a screen has columns for
 const CAPACITY = WINDOW_S * POINTS_PER_S * 2;
 
-/// The newest seconds of four series, in the order of acquisition.
+/// A stretch of time in one phase of a trial, s.
+interface Stretch {
+  phase: number;
+  begin: number;
+  end: number;
+}
+
+/// The newest seconds of four series, in the order of acquisition, and the phases of that time.
 class Ring {
   readonly times: number[] = [];
+  readonly stretches: Stretch[] = [];
   readonly series: number[][] = [[], [], [], []];
 
   push(time: number, values: readonly number[]): void {
@@ -28,7 +36,16 @@ class Ring {
     for (const one of this.series) one.splice(0, surplus);
   }
 
+  /// The phase at a time, of every sample.
+  mark(time: number, phase: number): void {
+    const last = this.stretches.at(-1);
+    if (last?.phase === phase && time - last.end < 0.5) last.end = time;
+    else this.stretches.push({ phase, begin: time, end: time });
+    while (this.stretches.length > 0 && this.stretches[0]!.end < time - WINDOW_S) this.stretches.shift();
+  }
+
   clear(): void {
+    this.stretches.length = 0;
     this.times.length = 0;
     for (const one of this.series) one.length = 0;
   }
@@ -43,6 +60,7 @@ export class Trace {
   #ring = new Ring();
   #plots: uPlot[] = [];
   #values: HTMLElement[] = [];
+  #ranges: [number, number][] = []; // of the plots' y axes; they grow only
   #rig?: RigDescription;
   #pose?: ShoulderPose; // unknown until a trial says where the subject sits
   #heading?: HTMLElement; // of the hand
@@ -101,6 +119,7 @@ export class Trace {
       const time = Number(sample.acquisition_ns) / 1e9;
       if (time < this.#last) continue;
       this.#last = time;
+      this.#ring.mark(time, sample.phase);
       if (time - this.#lastKept < 1 / POINTS_PER_S - 1e-9) continue;
       this.#lastKept = time;
       const hand = handOf(this.#rig, pose, sample);
@@ -134,6 +153,7 @@ export class Trace {
     this.#plots.forEach((plot, i) => {
       plot.setData([times, series[2 * i]!, series[2 * i + 1]!], false);
       plot.setScale("x", { min: end - WINDOW_S, max: end });
+      plot.root.dataset["range"] = this.#ranges[i]!.map((bound) => bound.toFixed(3)).join(" ");
     });
     this.frames += 1;
     this.root.dataset["frames"] = String(this.frames);
@@ -147,9 +167,11 @@ export class Trace {
     const displacement = this.#rig.displacement_unit === "m" ? "mm" : this.#rig.displacement_unit;
     const force = this.#rig.force_unit;
     this.#values = [];
+    this.#ranges = [];
     this.#plots = [];
     this.#plots.push(this.#plot(this.#handTitle(), displacement, ["x", "y"], displacement === "mm" ? LEAST_MM : 0));
     this.#plots.push(this.#plot("Force on the arm", force, ["Fx", "Fy"], force === "N" ? LEAST_N : 0));
+    this.root.append(el("p", { class: "caption" }, "Shaded: a trial; darker: the perturbation, from its onset (line)."));
   }
 
   #handTitle(): string {
@@ -166,12 +188,21 @@ export class Trace {
     this.root.append(el("div", { class: "heading" }, heading, ...keys));
     const style = getComputedStyle(document.documentElement);
     const colour = (name: string): string => style.getPropertyValue(name).trim();
-    const axis = { stroke: colour("--faint"), grid: { stroke: colour("--line"), width: 1 } };
+    const axis = { stroke: colour("--faint"), grid: { stroke: colour("--line"), width: 1 }, labelSize: 18, labelFont: "12px system-ui, sans-serif" };
+    const grown: [number, number] = [-least, least];
+    this.#ranges.push(grown);
+    // Fixed, and wider only where a value would leave the plot: what looks twice as large is twice as large.
     const range = (_: uPlot, low: number | null, high: number | null): uPlot.Range.MinMax => {
-      const margin = 0.08 * ((high ?? 0) - (low ?? 0));
-      return [Math.min((low ?? 0) - margin, -least), Math.max((high ?? 0) + margin, least)];
+      if (low !== null && low < grown[0]) grown[0] = 1.25 * low;
+      if (high !== null && high > grown[1]) grown[1] = 1.25 * high;
+      return grown[1] > grown[0] ? [grown[0], grown[1]] : [-1, 1];
     };
-    const seconds = (_: uPlot, ticks: number[]): string[] => ticks.map((tick) => (tick < 0 ? "" : `${tick} s`));
+    const ago = (plot: uPlot): number[] => {
+      const end = plot.scales["x"]!.max ?? 0;
+      return Array.from({ length: WINDOW_S / 2 + 1 }, (_, i) => end - WINDOW_S + 2 * i);
+    };
+    const seconds = (plot: uPlot, ticks: number[]): string[] =>
+      ticks.map((tick) => String(Math.round(tick - (plot.scales["x"]!.max ?? 0)) || "0"));
     return new uPlot(
       {
         width: Math.max(240, this.root.clientWidth),
@@ -179,7 +210,11 @@ export class Trace {
         legend: { show: false },
         cursor: { show: false },
         scales: { x: { time: false }, y: { range } },
-        axes: [{ ...axis, size: 30, values: seconds }, { ...axis, size: 48 }],
+        axes: [
+          { ...axis, size: 28, splits: ago, values: seconds, label: "s from now" },
+          { ...axis, size: 48, label: `${title.startsWith("Force") ? "force" : "position"} (${unit})` },
+        ],
+        hooks: { drawClear: [(plot): void => shade(plot, this.#ring.stretches, colour("--phase"), colour("--onset"))] },
         series: [
           {},
           { stroke: colour("--x"), width: 1.5 },
@@ -194,4 +229,27 @@ export class Trace {
   #resize(): void {
     for (const plot of this.#plots) plot.setSize({ width: Math.max(240, this.root.clientWidth), height: HEIGHT });
   }
+}
+
+const shaded: readonly number[] = [TrialPhase.PHASE_CENTRING, TrialPhase.PHASE_WAITING, TrialPhase.PHASE_BIAS_RAMP, TrialPhase.PHASE_BIAS_HOLD, TrialPhase.PHASE_PERTURBING];
+
+/// Trials are shaded, a perturbation more, and its onset is a line.
+function shade(plot: uPlot, stretches: readonly Stretch[], tint: string, onset: string): void {
+  const { left, top, width, height } = plot.bbox;
+  const context = plot.ctx;
+  const at = (time: number): number => Math.min(left + width, Math.max(left, plot.valToPos(time, "x", true)));
+  context.save();
+  for (const [i, { phase, begin, end }] of stretches.entries()) {
+    if (!shaded.includes(phase)) continue;
+    const isPush = phase === TrialPhase.PHASE_PERTURBING;
+    context.fillStyle = tint;
+    context.globalAlpha = isPush ? 0.3 : 0.12;
+    context.fillRect(at(begin), top, at(end) - at(begin), height);
+    // Of the first stretch the beginning was not seen.
+    if (!isPush || i === 0 || plot.valToPos(begin, "x", true) < left) continue;
+    context.globalAlpha = 1;
+    context.fillStyle = onset;
+    context.fillRect(at(begin), top, 2 * devicePixelRatio, height);
+  }
+  context.restore();
 }

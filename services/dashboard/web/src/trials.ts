@@ -9,14 +9,14 @@ import {
   type TrialProgram,
   type TrialVerdict,
 } from "./contract";
-import { el, facts, panel, setText, type Fact } from "./dom";
+import { el, facts, panel, setText } from "./dom";
 import { hex, modeNames, nameOf, trialPhaseNames } from "./names";
 
 /// Keeps the messages of every session, because those of an older session may arrive after those of the one on display.
 export class Trials {
   readonly current = panel("Current trial", "trial");
   readonly verdicts: { root: HTMLElement; age: HTMLElement };
-  #facts = el("dl", { class: "facts" });
+  #facts = el("dl", { class: "facts steady" });
   #body = el("tbody", { id: "verdicts" });
   #outcomes = new Map<string, TrialOutcome>();
   #verdicts = new Map<string, TrialVerdict>();
@@ -24,12 +24,13 @@ export class Trials {
   #rig?: RigDescription;
   #session = "";
   #isChanged = true;
+  #chosen = ""; // trial's id; empty: the newest
 
   constructor() {
     this.current.root.append(this.#facts);
     const head = ["Trial", "Posture", "Verdict", "Reason"].map((name) => el("th", { scope: "col" }, name));
     const table = el("table", {}, el("thead", {}, el("tr", {}, ...head)), this.#body);
-    this.verdicts = panel("Verdicts", "verdict-panel", el("div", { class: "scroll", tabindex: 0 }, table));
+    this.verdicts = panel("Verdicts", "verdict-panel", el("div", { class: "scroll steady", tabindex: 0, role: "group", "aria-label": "Verdicts" }, table));
   }
 
   setRig(description: RigDescription): void {
@@ -64,15 +65,22 @@ export class Trials {
     if (!this.#program || program.attempt >= this.#program.attempt) this.#program = program;
   }
 
-  /// `phase`: of the newest sample in a trial. A page opened during a trial has not received its command.
+  /// `phase`: of the newest sample in a trial. A page opened during a trial has not received its command. The lines are
+  /// the same at all times, so that nothing moves.
   renderCurrent(rig: RigState | undefined, session: SessionState | undefined, phase: number | undefined, thinned: number): void {
     const attempt = rig?.mode === RigMode.RIG_IN_TRIAL ? (session?.attempts ?? 0) : 0;
     const program = this.#program?.attempt === attempt ? this.#program : undefined;
     facts(this.#facts, [
-      ...(attempt > 0 ? [["Attempt", String(attempt)] as Fact] : []),
-      ...(program ? programFacts(program) : attempt > 0 ? [["At", session?.posture ?? "–"] as Fact] : []),
-      ...(rig ? rigFacts(rig, phase, this.#rig) : []),
-      ...(thinned > 0 ? [["Thinned", `${thinned} live messages left out for slow pages`, "warn"] as Fact] : []),
+      ["Attempt", attempt > 0 ? String(attempt) : "–"],
+      ["At", program ? placeOf(program) : attempt > 0 ? (session?.posture ?? "–") : "–"],
+      ["Push", program ? pushOf(program) : "–"],
+      ["Bias force", program && isBiased(program) ? `${program.bias_N[0]!.toFixed(2)}, ${program.bias_N[1]!.toFixed(2)} N` : "–"],
+      ["Instruction", program?.instruction || "–"],
+      ["Rig", rig ? nameOf(modeNames, rig.mode) : "–", rig?.mode === RigMode.RIG_HELD ? "bad" : undefined],
+      ["Phase", phase !== undefined ? nameOf(trialPhaseNames, phase) : "–"],
+      ["Samples", rig ? `${rig.next_sequence}, ${rig.received_through} of them archived` : "–"],
+      ["Overruns", rig ? String(rig.overruns) : "–", rig && rig.overruns > 0n ? "warn" : undefined],
+      ["To note", notesOf(this.#rig, thinned) || "–", this.#rig?.limits_off.length ? "bad" : thinned > 0 ? "warn" : undefined],
     ]);
   }
 
@@ -84,43 +92,56 @@ export class Trials {
       .sort((a, b) => b.attempt - a.attempt);
     const rejected = shown.filter((verdict) => !verdict.is_valid).length;
     setText(this.verdicts.age, shown.length > 0 ? `${shown.length} judged, ${rejected} rejected` : "none yet");
-    this.#body.replaceChildren(...shown.map((verdict) => verdictRow(verdict, this.#outcomes.get(hex(verdict.trial_id)))));
+    this.#body.replaceChildren(...shown.map((verdict) => this.#row(verdict)));
+  }
+
+  #row(verdict: TrialVerdict): HTMLElement {
+    const id = hex(verdict.trial_id);
+    const row = verdictRow(verdict, this.#outcomes.get(id), () => {
+      this.#chosen = this.#chosen === id ? "" : id;
+      this.#isChanged = true;
+    });
+    row.classList.toggle("chosen", id === this.#chosen);
+    row.querySelector("button")!.setAttribute("aria-pressed", String(id === this.#chosen));
+    return row;
+  }
+
+  /// The trial on display, the newest or the chosen one, and those before it at any posture, the nearest first.
+  shown(): { verdict: TrialVerdict; posture: string; before: string[] } | undefined {
+    const all = [...this.#verdicts.values()]
+      .filter((verdict) => hex(verdict.session_id) === this.#session)
+      .sort((a, b) => b.attempt - a.attempt);
+    const i = Math.max(0, all.findIndex((verdict) => hex(verdict.trial_id) === this.#chosen));
+    const verdict = all[i];
+    if (!verdict) return undefined;
+    const posture = this.#outcomes.get(hex(verdict.trial_id))?.program.posture ?? "";
+    return { verdict, posture, before: all.slice(i + 1).map((one) => hex(one.trial_id)) };
   }
 }
 
-function programFacts(program: TrialProgram): Fact[] {
-  if (program.recording_index >= 0) return [["Recording", `${program.recording_index + 1}`]];
-  const bias = Math.hypot(program.bias_N[0]!, program.bias_N[1]!);
+const placeOf = (program: TrialProgram): string =>
+  program.recording_index >= 0 ? `recording ${program.recording_index + 1}` : `${program.posture}, set ${program.set_number}`;
+
+const pushOf = (program: TrialProgram): string =>
+  program.recording_index >= 0 ? "–" : `${(1000 * program.amplitude_m).toFixed(1)} mm towards ${program.direction_deg.toFixed(0)}°`;
+
+const isBiased = (program: TrialProgram): boolean => Math.hypot(program.bias_N[0]!, program.bias_N[1]!) > 0;
+
+function notesOf(rig: RigDescription | undefined, thinned: number): string {
   return [
-    ["At", `${program.posture}, set ${program.set_number}`],
-    ["Push", `${(1000 * program.amplitude_m).toFixed(1)} mm towards ${program.direction_deg.toFixed(0)}°`],
-    ...(bias > 0
-      ? [["Bias force", `${program.bias_N[0]!.toFixed(2)}, ${program.bias_N[1]!.toFixed(2)} N`] as Fact]
-      : []),
-    ...(program.instruction ? [["Instruction", program.instruction] as Fact] : []),
-  ];
+    ...(rig?.limits_off.length ? [`limits off: ${rig.limits_off.join(", ")}`] : []),
+    ...(rig?.resumes_unattended ? ["resumes by itself after a fault; moves nothing real"] : []),
+    ...(thinned > 0 ? [`${thinned} live messages left out for slow pages`] : []),
+  ].join("; ");
 }
 
-function rigFacts(rig: RigState, phase: number | undefined, description: RigDescription | undefined): Fact[] {
-  return [
-    ["Rig", nameOf(modeNames, rig.mode), rig.mode === RigMode.RIG_HELD ? "bad" : undefined],
-    ...(phase !== undefined ? [["Phase", nameOf(trialPhaseNames, phase)] as Fact] : []),
-    ["Samples", `${rig.next_sequence}, ${rig.received_through} of them archived`],
-    ["Overruns", String(rig.overruns), rig.overruns > 0n ? "warn" : undefined],
-    ...(rig.held_because ? [["Held", rig.held_because, "bad"] as Fact] : []),
-    ...(rig.fault ? [["Fault", rig.fault, "bad"] as Fact] : []),
-    ...(description?.resumes_unattended
-      ? [["Unattended", "goes on by itself after a fault; moves nothing real", "warn"] as Fact]
-      : []),
-    ...(description?.limits_off.length ? [["Limits off", description.limits_off.join(", "), "bad"] as Fact] : []),
-  ];
-}
-
-function verdictRow(verdict: TrialVerdict, outcome: TrialOutcome | undefined): HTMLElement {
+function verdictRow(verdict: TrialVerdict, outcome: TrialOutcome | undefined, choose: () => void): HTMLElement {
+  const button = el("button", { type: "button", class: "sort", title: "Show this trial above" }, String(verdict.attempt));
+  button.addEventListener("click", choose);
   return el(
     "tr",
     {},
-    el("td", {}, String(verdict.attempt)),
+    el("td", {}, button),
     el("td", {}, outcome?.program.posture ?? ""),
     el("td", { class: verdict.is_valid ? "good" : "bad" }, verdict.is_valid ? "valid" : "rejected"),
     el("td", {}, verdict.detail.replace(/^valid: /, "")), // of a rejected trial it names each reason

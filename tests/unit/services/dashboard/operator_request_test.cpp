@@ -43,6 +43,33 @@ TEST(OperatorRequest, StartBecomesASessionCommandWithEveryField) {
   EXPECT_EQ(command.requested_by(), "dashboard test");
 }
 
+TEST(OperatorRequest, WhoAskedOnWhichPageIsRecordedAndAStopsTimeToo) {
+  const Asker asker{Role::kOperate, "dashboard test", id_of("rig/rig"), 1'772'450'372'000'000'000U};
+  Id id{};
+  std::string name;
+  json asked{{"request_id", kRequestId}, {"request", "pause"}, {"by", "Anna Ö."}, {"page", "results"}};
+  auto request = parse_request(asked.dump(), asker, id, name);
+  ASSERT_TRUE(request) << request.error().message;
+  EXPECT_EQ(std::get<v1::SessionCommand>(request->command).requested_by(),
+            "Anna Ö., dashboard test on results");
+  asked["request"] = "emergency_stop";
+  request = parse_request(asked.dump(), asker, id, name);
+  ASSERT_TRUE(request) << request.error().message;
+  EXPECT_EQ(std::get<v1::RigCommand>(request->command).requested_by(),
+            "Anna Ö., dashboard test on results at 11:19:32 UTC");
+}
+
+TEST(OperatorRequest, ANameThatCouldForgeTheRecordIsRefusedButStopsNoStop) {
+  for (const json& wrong : {json("Anna; fault: none"), json("Anna, dashboard other"), json("a\nb"), json(7),
+                            json(std::string(200, 'a'))}) {
+    EXPECT_FALSE(parse({{"request_id", kRequestId}, {"request", "pause"}, {"by", wrong}}).request) << wrong;
+    const auto stop = parse({{"request_id", kRequestId}, {"request", "emergency_stop"}, {"by", wrong}});
+    ASSERT_TRUE(stop.request) << wrong;
+    EXPECT_EQ(stop.request->requested_by, "dashboard test");
+  }
+  EXPECT_FALSE(parse({{"request_id", kRequestId}, {"request", "pause"}, {"page", "results; x"}}).request);
+}
+
 TEST(OperatorRequest, EmergencyStopBecomesACommandToTheGatewaysRig) {
   const auto parsed = parse({{"request_id", kRequestId}, {"request", "emergency_stop"}});
   ASSERT_TRUE(parsed.request);

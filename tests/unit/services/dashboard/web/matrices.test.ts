@@ -6,11 +6,11 @@ import {
   conditionOf,
   ellipseOf,
   inOrder,
-  postureTones,
   toneClass,
   unitOf,
   withError,
 } from "../../../../../services/dashboard/web/src/matrices";
+import { postureTones } from "../../../../../services/dashboard/web/src/posture_style";
 import { estimate, matrix } from "./estimate";
 
 const close = (actual: number, expected: number): void => assert.ok(Math.abs(actual - expected) < 1e-12, `${actual} is not ${expected}`);

@@ -15,6 +15,19 @@ test("the table has a head and a line for each estimate, every number in full", 
   assert.equal(fields.size, line!.split("\t").length);
 });
 
+test("the table carries session, subject, protocol, time, version and reasons, and the paper's own numbers", () => {
+  const facts = { subject: "sub-07", protocol: "unloaded", seed: "7", started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0" };
+  const [heads, line] = estimatesText([estimate({ reasons: ["wide", "few"] })], "\t", facts).split("\n");
+  const fields = new Map(heads!.split("\t").map((head, i) => [head, line!.split("\t")[i]]));
+  assert.equal(fields.get("session"), "0".repeat(32));
+  assert.equal(fields.get("subject"), "sub-07");
+  assert.equal(fields.get("started_at"), "2026-03-02T11:00:00Z");
+  assert.equal(fields.get("software_version"), "0.9.0");
+  assert.equal(fields.get("reasons"), "wide; few");
+  assert.equal(fields.get("K_shape"), "0.5");
+  assert.equal(fields.size, heads!.split("\t").length, "no head comes twice");
+});
+
 test("text with the separator or quotes in it is quoted", () => {
   const text = estimatesText([estimate({ instruction: 'say "now", then relax' })], ",");
   assert.ok(text.includes('"say ""now"", then relax"'));
@@ -33,6 +46,18 @@ test("a value that was written long before it arrived is as old as its writing",
   assert.equal(value.age, undefined);
   value.set({ value: 1, writtenNs: BigInt(Date.now() - 60_000) * 1_000_000n });
   assert.ok(value.age! >= 60);
+});
+
+test("a value grows old while the machine sleeps, when only the clock on the wall goes on", () => {
+  const now = Date.now;
+  try {
+    const value = new Fresh<number>();
+    value.set({ value: 1, writtenNs: BigInt(now()) * 1_000_000n });
+    Date.now = (): number => now() + 60_000;
+    assert.ok(value.age! >= 60);
+  } finally {
+    Date.now = now;
+  }
 });
 
 test("durations are whole seconds", () => {
