@@ -192,7 +192,8 @@ TEST_P(BusConfined, PacketsForAnotherAddressOfThisMachineAreNotTaken) {
     auto confined_reader = confined->create_reader(spec, nullptr);
     const long dropped_before = packets_dropped_at_sockets();
     BusOptions options = bus_options(Vendor::kCycloneDds);
-    options.network = {.interface_address = "10.99.0.1", .peers = {"10.99.0.1"}};
+    options.network.interface_address = "10.99.0.1";
+    options.network.peers = {"10.99.0.1"};
     auto foreign = open_bus(options);
     auto other = open_bus(options);
     auto foreign_writer = foreign->create_writer(spec);
