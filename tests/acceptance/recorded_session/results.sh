@@ -12,6 +12,7 @@ write_results() {
   "$tonus" export --archive "$out/session.sqlite" --format bids --out "$out/bids" >/dev/null 2>&1
   "$tonus" export --archive "$out/session.sqlite" --format hdf5 --out "$out/session.h5" >/dev/null 2>&1
   rm -f "$out"/session.sqlite*
+  sed -i 's/"Version": ".*"/"Version": "of the program"/' "$out/bids/dataset_description.json"
 
   # Of what is large only the checksum is kept. HDF5 files hold addresses: their content counts, not their bytes.
   if command -v h5dump >/dev/null; then

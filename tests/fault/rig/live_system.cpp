@@ -42,12 +42,12 @@ T needed(Result<T> result) {
 
 }  // namespace
 
-LiveSystem::LiveSystem(Unattended unattended, const std::string& dds)
+LiveSystem::LiveSystem(Unattended unattended, const std::string& dds, double command_timeout_s)
     : unattended_(unattended), dds_(dds), notifier_(std::make_shared<bus::Notifier>()) {
   // A machine that others use holds a loop up for longer than a rig's own would: that is not what is tested.
-  // A trial takes about 4 s, so that none outlasts a scheduler that stands still.
   std::ofstream(folder_ / "profile.toml")
-      << "[limits]\nmissed_periods = 2000\nmissed_share = 0\ncommand_timeout_s = 5.0\n";
+      << "[limits]\nmissed_periods = 2000\nmissed_share = 0\ncommand_timeout_s = " << command_timeout_s
+      << '\n';
   start_services();
   runtime::CommonOptions common;
   common.domain = own_domain();

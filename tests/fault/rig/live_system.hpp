@@ -26,7 +26,8 @@ class LiveSystem {
   enum class Unattended { kYes, kNo };
 
   /// Starts the services and waits until they are ready; throws std::runtime_error with what they printed.
-  explicit LiveSystem(Unattended unattended = Unattended::kYes, const std::string& dds = "fastdds");
+  explicit LiveSystem(Unattended unattended = Unattended::kYes, const std::string& dds = "fastdds",
+                      double command_timeout_s = 3.0);
 
   /// Ends all services in order and starts them anew.
   void restart();

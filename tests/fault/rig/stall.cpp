@@ -54,7 +54,8 @@ void count_trials(const store::Session& session, StallReport& report) {
 }
 
 Result<StallReport> run(Stall stall, unsigned seconds) {
-  LiveSystem system;
+  // A trial takes about 4 s, so that none outlasts a scheduler that stands still.
+  LiveSystem system(LiveSystem::Unattended::kYes, "fastdds", 5.0);
   const int directions = 4 + static_cast<int>(seconds / kTrialTime);
   system.start_session(directions);
   if (!system.wait_for_mid_trial(40, kPatience) || !system.timing())

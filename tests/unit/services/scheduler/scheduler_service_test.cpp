@@ -9,6 +9,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/memory/memory_fabric.hpp"
 #include "services/runtime/drain.hpp"
+#include "services/runtime/version.hpp"
 #include "tests/support/scheduler_lab/lab.hpp"
 
 namespace tonus::scheduler {
@@ -61,6 +62,7 @@ class Peers {
       health.role(role);
       health.is_ready(true);
       health.idl_hash(runtime::idl_hash());
+      health.software_version(runtime::kVersion);
       EXPECT_TRUE(health_.write(health).has_value());
       reports_.push_back(health);
     }

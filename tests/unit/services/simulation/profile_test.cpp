@@ -106,10 +106,10 @@ TEST(Profile, RefusesAnUnknownKeyAtEveryDepthAndNamesTheOnesThatMayBeMeant) {
       refusal("[subject.reflex.stiffness_Nm_per_rad]\nwrist = 1.0"),
       "mine.toml:2: subject.reflex.stiffness_Nm_per_rad.wrist: unknown key; expected one of elbow, shoulder, "
       "two_joint");
-  EXPECT_EQ(
-      refusal("[robot]"),
-      "mine.toml:1: robot: unknown key; expected one of bench, control, grip, limits, loop, manipulandum, "
-      "sensors, simulation, subject");
+  EXPECT_EQ(refusal("[robot]"),
+            "mine.toml:1: robot: unknown key; expected one of agent, bench, control, grip, limits, loop, "
+            "manipulandum, "
+            "sensors, simulation, subject");
 }
 
 TEST(Profile, NamesThePlaceOfASyntaxError) {
