@@ -163,6 +163,19 @@ async function hangingGateway(browser, gateway, desk) {
   await page.context().close();
 }
 
+/// Every page on a phone, whichever sizes its states were looked at in.
+async function phone(browser, gateway, desk, stops) {
+  for (const path of paths) {
+    gateway.forgetAll();
+    desk.enter(named("running"));
+    const page = await openPage(browser, gateway, path, looks[2]);
+    await says(page, path, named("running"), `${path || "operator"} on a phone`);
+    await page.waitForTimeout(1000);
+    stops.add(await look(page, `${path || "operator"} on a phone`));
+    await page.context().close();
+  }
+}
+
 /// On paper nothing is cut off, and what is only for pressing is left out.
 async function print(browser, gateway, desk) {
   gateway.forgetAll();
@@ -222,6 +235,7 @@ async function load(browser, gateway) {
     }
     await twoOperators(browser, gateway, desk);
     await hangingGateway(browser, gateway, desk);
+    await phone(browser, gateway, desk, stops);
     await print(browser, gateway, desk);
     await load(browser, gateway);
     if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
