@@ -9,7 +9,6 @@
 #include <fstream>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
-#include <stdexcept>
 #include <string>
 
 #include "idl/topics.hpp"
@@ -19,10 +18,13 @@
 #include "services/bus/memory/memory_fabric.hpp"
 #include "services/runtime/drain.hpp"
 #include "tests/bench/rig/bare_timer.hpp"
+#include "tests/support/needed.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tonus {
 namespace {
+
+using testing::needed;
 
 struct BenchOptions {
   unsigned seconds = 60;
@@ -118,12 +120,6 @@ v1::TrialCommand trial(const rig::RigNames& names, std::uint32_t attempt) {
   p.recording_index(-1);
   p.recording_event(-1);
   return c;
-}
-
-template <typename T>
-T needed(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
 }
 
 int run(const BenchOptions& options) {

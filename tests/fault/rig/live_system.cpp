@@ -11,6 +11,8 @@
 #include "services/runtime/drain.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/open_store.hpp"
+#include "tests/support/needed.hpp"
+#include "tests/support/short_session.hpp"
 
 namespace tonus::testing {
 namespace {
@@ -18,36 +20,11 @@ namespace {
 constexpr std::chrono::seconds kStartLimit{60};
 constexpr const char* kOthers[] = {"tonus-archive", "tonus-identification", "tonus-scheduler"};
 
-constexpr char kProtocol[] = R"(
-schema = 1
-kind = "unloaded"
-name = "short"
-[[posture]]
-name = "reference"
-position_m = [0.000, 0.380]
-[perturbation]
-directions = {}
-sets = 1
-amplitude_m = 0.005
-rise_time_s = 0.2
-hold_s = [1.5, 1.5]
-wait_s = [0.5, 0.7]
-)";
-
-template <typename T>
-T needed(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
-}
-
 }  // namespace
 
 LiveSystem::LiveSystem(Unattended unattended, const std::string& dds, double command_timeout_s)
     : unattended_(unattended), dds_(dds), notifier_(std::make_shared<bus::Notifier>()) {
-  // A machine that others use holds a loop up for longer than a rig's own would: that is not what is tested.
-  std::ofstream(folder_ / "profile.toml")
-      << "[limits]\nmissed_periods = 2000\nmissed_share = 0\ncommand_timeout_s = " << command_timeout_s
-      << '\n';
+  write_patient_profile(folder_ / "profile.toml", command_timeout_s);
   start_services();
   runtime::CommonOptions common;
   common.domain = own_domain();
@@ -98,7 +75,7 @@ std::string LiveSystem::verify_session() {
 }
 
 void LiveSystem::start_session(int directions) {
-  std::ofstream(folder_ / "protocol.toml") << fmt::format(kProtocol, directions);
+  write_short_protocol(folder_ / "protocol.toml", directions);
   run_ = std::make_unique<Process>(
       program("tonus"),
       std::vector<std::string>{"run", (folder_ / "protocol.toml").string(), "--domain",

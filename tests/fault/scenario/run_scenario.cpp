@@ -75,7 +75,6 @@ class Run {
     const Time deadline = std::chrono::steady_clock::now() + limit;
     while (!is_true()) {
       if (std::chrono::steady_clock::now() >= deadline) return false;
-      (void)system_.listen_until([&] { return observer_.look(), true; }, std::chrono::seconds(1));
       (void)system_.listen_until([&] { return observer_.look(), is_true(); }, std::chrono::seconds(1));
       operate();
     }

@@ -8,18 +8,13 @@
 #include "services/core/id.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/options.hpp"
+#include "tests/support/needed.hpp"
 
 namespace tonus::testing {
 namespace {
 
 constexpr std::chrono::seconds kPatience{60};
 const Id kRig = id_of("rig/rig");
-
-template <typename T>
-T needed(Result<T> result) {
-  if (!result) throw std::runtime_error(result.error().message);
-  return std::move(*result);
-}
 
 std::unique_ptr<bus::Bus> open_bus(const std::string& dds, int domain, const std::string& name) {
   runtime::CommonOptions common;
@@ -28,7 +23,7 @@ std::unique_ptr<bus::Bus> open_bus(const std::string& dds, int domain, const std
   return needed(runtime::open_bus(common, name));
 }
 
-/// The folder of this program, where its other roles are started from.
+/// The campaign itself, which is also what stands around the rig.
 std::filesystem::path this_program() { return std::filesystem::read_symlink("/proc/self/exe"); }
 
 }  // namespace
@@ -85,13 +80,9 @@ void StopBench::start_others(const std::string& dds) {
     case Around::kFlood:
       return start_other("flood", dds, false);
     case Around::kFullSpool: {
-      std::uint64_t held = 0;
-      // Full: it was asked for more than a megabyte and stays under it.
-      if (!listen_until([&] {
-            held = std::max(held, state_->spool_bytes());
-            return held > 900'000;
-          }))
-        throw std::runtime_error(fmt::format("the spool holds {} bytes only", held));
+      constexpr std::uint64_t kNearlyFull = 900'000;  // B, of the megabyte that it may have
+      if (!listen_until([this] { return state_->spool_bytes() > kNearlyFull; }))
+        throw std::runtime_error(fmt::format("the spool has {} bytes only", state_->spool_bytes()));
     }
   }
 }

@@ -4,38 +4,21 @@
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
 #include <sstream>
-#include <stdexcept>
 
 #include "services/store/open_store.hpp"
+#include "tests/support/needed.hpp"
+#include "tests/support/short_session.hpp"
 
 namespace tonus::testing {
 namespace {
 
 constexpr std::chrono::seconds kAnswerLimit{60};
 
-constexpr char kProtocol[] = R"(
-schema = 1
-kind = "unloaded"
-name = "short"
-[[posture]]
-name = "reference"
-position_m = [0.000, 0.380]
-[perturbation]
-directions = {0}
-sets = 1
-amplitude_m = 0.005
-rise_time_s = 0.2
-hold_s = [{1}.0, {1}.0]
-wait_s = [0.5, 0.7]
-)";
-
 }  // namespace
 
 LabSession::LabSession(const ThreeHosts& hosts, LabOptions options)
     : hosts_(&hosts), options_(std::move(options)) {
-  // A machine that others use holds a loop up for longer than a rig's own would: that is not what is tested.
-  std::ofstream(folder_ / "profile.toml")
-      << "[limits]\nmissed_periods = 2000\nmissed_share = 0\ncommand_timeout_s = 3.0\n";
+  write_patient_profile(folder_ / "profile.toml");
   if (options_.has_discovery_server) services_.push_back(begin(Host::kServer, "tonus", {"discovery-server"}));
   for (const char* service : {"tonus-archive", "tonus-identification", "tonus-scheduler"})
     services_.push_back(begin(Host::kServer, service, {}));
@@ -70,7 +53,7 @@ std::unique_ptr<Process> LabSession::start_beside(Host host, const std::string& 
 }
 
 void LabSession::start(int directions, int hold_s) {
-  std::ofstream(folder_ / "protocol.toml") << fmt::format(kProtocol, directions, hold_s);
+  write_short_protocol(folder_ / "protocol.toml", directions, hold_s);
   run_ = begin(Host::kDesk, "tonus", {"run", folder_ / "protocol.toml"});
 }
 
@@ -93,10 +76,6 @@ bool LabSession::ask_until(Host host, const std::string& command, const std::str
 }
 
 store::Session LabSession::archived() const {
-  const auto needed = [](auto result) {
-    if (!result) throw std::runtime_error(result.error().message);
-    return std::move(*result);
-  };
   auto store = needed(store::open_store_for_reading(store_file().string()));
   const auto record = needed(store::find_session(*store, "last"));
   return needed(store::read_session(*store, record.session));
