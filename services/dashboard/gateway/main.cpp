@@ -8,6 +8,7 @@
 
 #include "services/core/installation.hpp"
 #include "services/core/lifetime.hpp"
+#include "services/core/name.hpp"
 #include "services/dashboard/gateway/bus_reader.hpp"
 #include "services/dashboard/gateway/desk_thread.hpp"
 #include "services/dashboard/gateway/server.hpp"
@@ -118,7 +119,7 @@ Result<void> run(const Options& options) {
   if (!access) return access.error();
   DeskThread* desk = nullptr;
   Hub::Options hub_options;
-  hub_options.rig = id_of("rig/" + options.common.rig);
+  hub_options.rig = rig_id(options.common.rig);
   hub_options.session = to_hex(random_id());
   hub_options.metadata = {{"version", runtime::kVersion}, {"idl_hash", to_hex(runtime::idl_hash())}};
   Hub hub(offered_topics(), hub_options, clock,

@@ -2,6 +2,7 @@
 
 import "./stop.css";
 import "./style.css";
+import "./unseen.css";
 import { keepToken } from "./access";
 import type { Connection, LinkState } from "./connection";
 import { Desk } from "./desk";

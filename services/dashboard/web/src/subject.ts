@@ -4,6 +4,7 @@
 
 import "./stop.css";
 import "./subject.css";
+import "./unseen.css";
 import { Connection } from "./connection";
 import { RigKind, type RigDescription, type SampleBlock, type SessionCue, type TrialProgram } from "./contract";
 import { Desk } from "./desk";
