@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <iterator>
 
+#include "services/core/name.hpp"
+
 namespace tonus::identification {
 namespace {
 
@@ -79,7 +81,7 @@ Result<ServiceSettings> CommandLine::settings(const std::string& rig) const {
   if (!models) return models.error();
 
   ServiceSettings settings;
-  settings.rig = id_of("rig/" + rig);
+  settings.rig = rig_id(rig);
   settings.force_sign = force_sign_;
   settings.core.judge = judge_;
   settings.core.book.analyses.clear();

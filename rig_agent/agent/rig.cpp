@@ -12,6 +12,7 @@
 #include "rig_agent/drivers/library.hpp"
 #include "rig_agent/drivers/replay.hpp"
 #include "rig_agent/drivers/simulated.hpp"
+#include "services/core/name.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/simulation/profile.hpp"
 
@@ -76,7 +77,7 @@ Result<Rig> Rig::create(const RigOptions& options, const std::string& name,
                         const std::filesystem::path& calibration) {
   Rig rig(options.driver);
   rig.names_.name = name;
-  rig.names_.id = id_of("rig/" + name);
+  rig.names_.id = rig_id(name);
   rig.names_.driver = options.driver;
   auto config = rig.open(options);
   if (!config) return config.error();

@@ -6,6 +6,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_connection.hpp"
 #include "services/contract/names.hpp"
+#include "services/core/name.hpp"
 #include "services/runtime/rig_stop.hpp"
 
 namespace tonus::cli {
@@ -56,7 +57,7 @@ Result<void> stop(const runtime::CommonOptions& common) {
   const SystemClock clock;
   TONUS_TRY_ASSIGN(auto bus, runtime::open_bus(common, "tonus stop"));
   TONUS_TRY_ASSIGN(auto sender, runtime::RigStopSender::create(std::move(bus), clock));
-  const auto took = sender.stop(id_of("rig/" + common.rig), random_id(), "command line", kStopLimit);
+  const auto took = sender.stop(rig_id(common.rig), random_id(), "command line", kStopLimit);
   if (!took) {
     return fail(took.error().code, fmt::format("{} of rig '{}' in domain {}; use the stop of the hardware",
                                                took.error().message, common.rig, common.domain));
@@ -69,7 +70,7 @@ Result<void> stop(const runtime::CommonOptions& common) {
 Result<void> clear_fault(const runtime::CommonOptions& common) {
   TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
   SessionClient& client = end->client();
-  const Id rig = id_of("rig/" + common.rig);
+  const Id rig = rig_id(common.rig);
   if (!client.wait_for([&] { return client.rig_state(rig).has_value(); }, kLook)) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("there is no rig '{}' in domain {}", common.rig, common.domain));

@@ -3,6 +3,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "services/core/name.hpp"
 #include "services/runtime/security.hpp"
 
 namespace tonus::cli {
@@ -27,7 +28,7 @@ Result<std::unique_ptr<OperatorConnection>> OperatorConnection::join(const runti
 }
 
 std::string OperatorConnection::held() const {
-  const auto& state = client_->rig_state(id_of("rig/" + rig_));
+  const auto& state = client_->rig_state(rig_id(rig_));
   if (!state || state->mode() != v1::RIG_HELD) return {};
   return fmt::format(
       "rig '{}' is held: {}. When it is safe, type: tonus clear-fault; then, in a session: tonus resume",

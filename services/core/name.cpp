@@ -26,4 +26,6 @@ std::string fault_of_name(std::string_view name) {
       shown(name.substr(0, kLongestName)), kLongestName);
 }
 
+Id rig_id(const std::string& name) { return id_of("rig/" + name); }
+
 }  // namespace tonus

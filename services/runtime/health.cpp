@@ -208,7 +208,7 @@ void HealthReporter::publish() {
 Result<void> listen_for_others(HealthReporter& health, const CommonOptions& options, const Clock& clock,
                                bus::Notifier& notifier, const StopSignal& stop) {
   if (options.interface.empty()) return {};
-  health.set_state(false, "starting: listens for another one of its kind on the network");
+  health.set_state(false, "starting: listening for another of its kind on the network");
   const auto end = clock.now() + kListening;
   while (clock.now() < end && !stop.is_requested()) {
     const auto due = health.publish_if_due();

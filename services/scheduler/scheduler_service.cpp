@@ -7,6 +7,7 @@
 #include <utility>
 
 #include "idl/topics.hpp"
+#include "services/core/name.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/version.hpp"
 
@@ -87,7 +88,7 @@ SchedulerService::SchedulerService(SchedulerEndpoints endpoints, runtime::Health
       roster_(std::move(roster)),
       folder_(std::move(folder)),
       lease_(std::move(lease)),
-      rig_id_(id_of("rig/" + rig)),
+      rig_id_(rig_id(rig)),
       clock_(clock),
       machine_(clock, runtime::kVersion) {}
 
