@@ -200,6 +200,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
 
 int main(int argc, char** argv) {
   using namespace tonus;
+  runtime::begin_program();
   runtime::CommonOptions common;
   rig::RigOptions rig_options;
   CLI::App app("Realtime control and acquisition beside the hardware.", kProgram);
@@ -212,5 +213,5 @@ int main(int argc, char** argv) {
   runtime::start_log(kProgram, common.log_level);
   const auto outcome = calibration_step ? calibrate(common, rig_options, calibration, calibration_step)
                                         : run(common, rig_options);
-  return outcome ? 0 : runtime::report(kProgram, outcome.error());
+  return runtime::end_program(kProgram, outcome ? 0 : runtime::report(kProgram, outcome.error()));
 }

@@ -9,7 +9,6 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/session_text.hpp"
-#include "services/core/text_file.hpp"
 #include "services/formats/csv_export.hpp"
 #include "services/formats/hdf5_export.hpp"
 #include "services/formats/session_recordings.hpp"
@@ -55,9 +54,8 @@ Result<void> export_session(const ExportOptions& options) {
   if (options.format == "bids") {
     done = export_bids(**store, *session, options.out, progress);
   } else if (options.format == "csv") {
-    done = formats::export_csv(**store, *session, options.out, progress);
-    if (done)
-      done = write_text_file(fs::path(options.out) / "session.json", session_json(*session).dump(1) + "\n");
+    done = formats::export_csv(**store, *session, options.out,
+                               {{"session.json", session_json(*session).dump(1) + "\n"}}, progress);
   } else {
     done = formats::export_hdf5(**store, *session, options.out, progress);
   }

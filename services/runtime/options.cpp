@@ -8,11 +8,11 @@
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 
+#include "services/core/standard_descriptors.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/version.hpp"
 
 namespace tonus::runtime {
-
 void add_common_options(CLI::App& app, CommonOptions& options) {
   app.add_option("--domain", options.domain, "DDS domain, 0 to 232")
       ->envname("TONUS_DOMAIN")
@@ -44,11 +44,18 @@ std::filesystem::path default_data_folder() {
   return std::filesystem::path(home != nullptr ? home : "/tmp") / ".local" / "state" / "tonus";
 }
 
+void begin_program() { occupy_standard_descriptors(); }
+
+int end_program(const std::string& program, int code) {
+  const auto finished = finish_standard_output();
+  return finished || code != 0 ? code : report(program, finished.error());
+}
+
 int parse_command_line(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
-    return app.exit(success);
+    return end_program(app.get_name(), app.exit(success));
   } catch (const CLI::ParseError& error) {
     std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(), error.what());
     return 2;

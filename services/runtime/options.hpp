@@ -32,6 +32,13 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 /// XDG_STATE_HOME/tonus or ~/.local/state/tonus.
 [[nodiscard]] std::filesystem::path default_data_folder();
 
+/// First line of every main(): standard descriptors that are closed are occupied.
+void begin_program();
+
+/// Last line of every main(): `code`, or 1 after one line on standard error where not all that was printed
+/// could be written.
+[[nodiscard]] int end_program(const std::string& program, int code);
+
 /// Parses the command line. Returns -1 to go on, else the exit code: 0 for --help and --version, 2 for a line
 /// that was refused, after one line on standard error that names the option, its value and what is allowed.
 [[nodiscard]] int parse_command_line(CLI::App& app, int argc, char** argv);
