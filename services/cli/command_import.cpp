@@ -57,7 +57,7 @@ Result<void> import(const ImportOptions& options) {
       if (auto stated = recording::state_force_sign(record, -1); !stated) return stated;
     }
   }
-  const std::string archive = options.archive.name();
+  TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
   TONUS_TRY(check_archive(archive));
   const SystemClock clock;
   const session_import::ImportSettings settings{

@@ -7,7 +7,9 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
+#include <sys/stat.h>
 
+#include "services/core/places.hpp"
 #include "services/core/standard_descriptors.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/version.hpp"
@@ -36,15 +38,11 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   app.parse_complete_callback([&app, &options] { options.configuration = configuration_text(app); });
 }
 
-std::filesystem::path default_data_folder() {
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0') {
-    return std::filesystem::path(state) / "tonus";
-  }
-  const char* home = std::getenv("HOME");
-  return std::filesystem::path(home != nullptr ? home : "/tmp") / ".local" / "state" / "tonus";
+void begin_program() {
+  occupy_standard_descriptors();
+  constexpr mode_t kOthers = S_IWGRP | S_IRWXO;
+  ::umask(::umask(kOthers) | kOthers);
 }
-
-void begin_program() { occupy_standard_descriptors(); }
 
 int end_program(const std::string& program, int code) {
   const auto finished = finish_standard_output();
@@ -64,8 +62,10 @@ int parse_command_line(CLI::App& app, int argc, char** argv) {
 }
 
 Result<std::filesystem::path> data_folder(const CommonOptions& options) {
-  const std::filesystem::path folder =
-      options.data.empty() ? default_data_folder() : std::filesystem::path(options.data);
+  std::filesystem::path folder = options.data;
+  if (folder.empty()) {
+    TONUS_TRY_ASSIGN(folder, default_data_folder());
+  }
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {

@@ -20,7 +20,7 @@ struct CommonOptions {
   int domain = 47;
   std::string dds = "fastdds";
   std::string rig = "rig";
-  std::string data;  ///< Folder for what the program keeps; default_data_folder() where empty.
+  std::string data;  ///< Folder for what the program keeps; the default of core/places where empty.
   std::string log_level = "info";
   std::vector<std::string> network;  ///< Interface address, then peers; empty: this machine only.
   std::string configuration;         ///< Set by parsing: all of the program's options in force, as TOML.
@@ -29,10 +29,8 @@ struct CommonOptions {
 /// Adds the common options to `app`, which fills `options` when it is parsed, its configuration too.
 void add_common_options(CLI::App& app, CommonOptions& options);
 
-/// XDG_STATE_HOME/tonus or ~/.local/state/tonus.
-[[nodiscard]] std::filesystem::path default_data_folder();
-
-/// First line of every main(): standard descriptors that are closed are occupied.
+/// First line of every main(): standard descriptors that are closed are occupied, and what the program makes
+/// is for its user and group alone (files 0640, folders 0750, or less where the umask says so).
 void begin_program();
 
 /// Last line of every main(): `code`, or 1 after one line on standard error where not all that was printed
