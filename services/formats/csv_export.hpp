@@ -21,6 +21,7 @@ using FurtherFiles = std::vector<std::pair<std::string, std::string>>;
 /// - estimates.csv: one row an element of a matrix or vector of each condition, method and model
 /// - samples/trial-N.csv: one row a sample: raw and converted; empty cells where nothing was measured
 ///
+/// A text that a spreadsheet would take for a formula has an apostrophe before it: '=1+1 instead of =1+1.
 /// Numbers are the shortest text that reads back as the same double. `folder` must not exist; it is filled
 /// under a temporary name beside its place and renamed at the end: a failure leaves nothing.
 /// kAlreadyExists, kIo, and the store's errors; kNotFound where a rig description or the parent folder is

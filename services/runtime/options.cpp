@@ -1,20 +1,54 @@
 #include "services/runtime/options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
 #include <sys/stat.h>
+#include <unistd.h>
 
 #include "services/core/places.hpp"
 #include "services/core/standard_descriptors.hpp"
+#include "services/core/text.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/version.hpp"
 
 namespace tonus::runtime {
+namespace {
+
+/// The program's words, and the variables that it reads.
+Result<void> check_text(int argc, char** argv) {
+  const auto refuse = [](const std::string& what, std::string_view value) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("{}: '{}' is not UTF-8", what, shown(value)));
+  };
+  for (int i = 1; i < argc; ++i) {
+    if (!is_utf8(argv[i])) return refuse(fmt::format("word {} of the command line", i), argv[i]);
+  }
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    if (text.starts_with("TONUS_") && !is_utf8(text)) return refuse("environment", text);
+  }
+  return {};
+}
+
+/// "%v" of a log line: names and paths in it cannot steer a terminal or fake another line.
+class ShownText : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& line) override {
+    const std::string text = shown({message.payload.data(), message.payload.size()});
+    line.append(text.data(), text.data() + text.size());
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<ShownText>();
+  }
+};
+
+}  // namespace
+
 void add_common_options(CLI::App& app, CommonOptions& options) {
   app.add_option("--domain", options.domain, "DDS domain, 0 to 232")
       ->envname("TONUS_DOMAIN")
@@ -50,12 +84,17 @@ int end_program(const std::string& program, int code) {
 }
 
 int parse_command_line(CLI::App& app, int argc, char** argv) {
+  if (const auto good = check_text(argc, argv); !good) {
+    report(app.get_name(), good.error());
+    return 2;
+  }
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
     return end_program(app.get_name(), app.exit(success));
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(), error.what());
+    std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(),
+                 shown(error.what()).c_str());
     return 2;
   }
   return -1;
@@ -91,17 +130,16 @@ Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const s
 }
 
 int report(const std::string& program, const Error& error) {
-  std::string line = error.message;
-  // It may quote a damaged file.
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
-  std::fprintf(stderr, "%s: %s\n", program.c_str(), line.c_str());
+  // It may quote a damaged file or somebody's name for one.
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), shown(error.message).c_str());
   return 1;
 }
 
 void start_log(const std::string& program, const std::string& level) {
   auto logger = spdlog::stderr_color_mt(program);
-  logger->set_pattern("%H:%M:%S.%e %^%l%$ %n: %v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<ShownText>('v').set_pattern("%H:%M:%S.%e %^%l%$ %n: %v");
+  logger->set_formatter(std::move(formatter));
   logger->set_level(spdlog::level::from_str(level));
   spdlog::set_default_logger(logger);
 }

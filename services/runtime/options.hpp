@@ -37,8 +37,9 @@ void begin_program();
 /// could be written.
 [[nodiscard]] int end_program(const std::string& program, int code);
 
-/// Parses the command line. Returns -1 to go on, else the exit code: 0 for --help and --version, 2 for a line
-/// that was refused, after one line on standard error that names the option, its value and what is allowed.
+/// Parses the command line; words and variables TONUS_* that are not UTF-8 are refused. Returns -1 to go on,
+/// else the exit code: 0 for --help and --version, 2 for a line that was refused, after one line on standard
+/// error that names the option, its value and what is allowed.
 [[nodiscard]] int parse_command_line(CLI::App& app, int argc, char** argv);
 
 /// Creates the data folder and opens the bus that the options name.
@@ -48,11 +49,10 @@ void begin_program();
 /// The data folder, made if it is missing.
 [[nodiscard]] Result<std::filesystem::path> data_folder(const CommonOptions& options);
 
-/// One line on standard error, "program: message", with "?" in the place of control characters. Returns the
-/// exit code 1.
+/// One line on standard error, "program: message", as shown() has it. Returns the exit code 1.
 int report(const std::string& program, const Error& error);
 
-/// Log lines to standard error: time, level, program, text.
+/// Log lines to standard error: time, level, program, text as shown() has it.
 void start_log(const std::string& program, const std::string& level);
 
 }  // namespace tonus::runtime
