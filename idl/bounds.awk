@@ -1,10 +1,11 @@
-# Bounds that the .idl files state and fastddsgen's code does not check. Two uses:
+# Bounds that the .idl files state and fastddsgen's code does not check, and the texts of messages. Two uses:
 #
 #   awk -v mode=functions -f bounds.awk *.idl                 bounds_violation() of every type, as a header
-#   awk -v mode=reads     -f bounds.awk *.idl SUBJECT.cxx     SUBJECT.cxx with a check before each sequence is read
+#   awk -v mode=reads     -f bounds.awk *.idl SUBJECT.cxx     SUBJECT.cxx with a check before each sequence is read, and
+#                                                             of each text that is read or written
 #
-# A type more, or a sequence more, needs nothing here. A sequence that is not found in the generated code ends with an
-# error: a change of the generator must not take the check away.
+# A type more, or a sequence or a text more, needs nothing here. One that is not found in the generated code ends with
+# an error: a change of the generator must not take the check away. A text is one line, unless its name ends in _toml.
 
 FNR == 1 { is_generated = FILENAME ~ /\.cxx$/ }
 
@@ -49,6 +50,11 @@ FNR == 1 { is_generated = FILENAME ~ /\.cxx$/ }
         sub(/ *,.*$/, "", element[type, n])
         bound_of[type, name] = bound[type, n]
       }
+      if (element[type, n] == "string") {
+        is_text[type, name] = 1
+        kind[type, name] = name ~ /_toml$/ ? "::tonus::TextKind::kFile" : "::tonus::TextKind::kLine"
+        if ((type, name) in bound_of && name ~ /_toml$/) fatal("a sequence of files: " type "." name)
+      }
     }
   }
   next
@@ -56,9 +62,9 @@ FNR == 1 { is_generated = FILENAME ~ /\.cxx$/ }
 
 # Generated code. A function's first line names the type that it belongs to.
 FNR == 1 { print "#include \"idl/bounded_read.hpp\"" }
-match($0, /^void [A-Za-z0-9_:]+::deserialize\(/) {
+match($0, /^void [A-Za-z0-9_:]+::(de)?serialize\(/) {
   within = substr($0, 6, RLENGTH - 5)
-  sub(/::deserialize\($/, "", within)
+  sub(/::(de)?serialize\($/, "", within)
   sub(/^.*::/, "", within)
   is_read[within] = 1
 }
@@ -79,7 +85,25 @@ within != "" && match($0, /m_[A-Za-z0-9_]+\.resize\(seq_length\);/) {
     fatal("resize of " within "." name " is not known")
   }
 }
+within != "" && match($0, /scdr << m_[A-Za-z0-9_]+(\.c_str\(\))?;$/) {
+  name = substr($0, RSTART + 10)
+  sub(/(\.c_str\(\))?;$/, "", name)
+  if ((within, name) in is_text) {
+    print "    scdr << ::tonus::v1::written_text(m_" name ", " kind[within, name] ")" \
+          ((within, name) in bound_of ? ";" : ".c_str();")
+    is_written[within, name] = 1
+    next
+  }
+}
 { print }
+within != "" && match($0, /dcdr >> m_[A-Za-z0-9_]+;$/) {
+  name = substr($0, RSTART + 10, RLENGTH - 11)
+  if ((within, name) in is_text) {
+    if ((within, name) in bound_of) print "    ::tonus::v1::take_texts(dcdr, m_" name ");"
+    else print "    ::tonus::v1::take_text(dcdr, m_" name ", " kind[within, name] ");"
+    is_taken[within, name] = 1
+  }
+}
 
 function fatal(text) {
   print "bounds.awk: " text > "/dev/stderr"
@@ -132,6 +156,11 @@ END {
     for (key in bound_of) {
       split(key, parts, SUBSEP)
       if (is_read[parts[1]] && !is_checked[key]) fatal("sequence " parts[1] "." parts[2] " is read without a check")
+    }
+    for (key in is_text) {
+      split(key, parts, SUBSEP)
+      if (is_read[parts[1]] && !(is_taken[key] && is_written[key]))
+        fatal("text " parts[1] "." parts[2] " is read or written without a check")
     }
   }
   if (has_failed) exit 1

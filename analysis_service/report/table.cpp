@@ -1,9 +1,17 @@
 #include "analysis_service/report/table.hpp"
 
+#include "services/core/text.hpp"
+
 namespace tonus::report {
 namespace {
 
-std::string csv_cell(const std::string& text) {
+/// Numbers with their signs, spreads and separators: no text that a spreadsheet could take for a formula.
+bool is_of_numbers(const std::string& cell) {
+  return cell.find_first_not_of("0123456789.,+-e %\xC2\xB1") == std::string::npos;
+}
+
+std::string csv_cell(const std::string& given) {
+  const std::string text = is_of_numbers(given) ? given : as_cell(shown(given));
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);

@@ -13,6 +13,7 @@
 
 int main(int argc, char** argv) {
   using namespace tonus;
+  runtime::begin_program();
   const std::string program = "tonus-identification";
   const auto notifier = std::make_shared<bus::Notifier>();
   const StopSignal stop([notifier] { notifier->notify(); });

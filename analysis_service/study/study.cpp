@@ -98,7 +98,7 @@ Result<impedance::LinkMasses> Subject::link_masses(impedance::Method method) con
 
 Result<Study> read_study(store::Store& store, const std::vector<simulation::CohortSubject>& cohort,
                          const std::function<void(std::size_t, std::size_t)>& progress) {
-  const auto records = store.sessions();
+  const auto records = store::list_sessions(store);
   if (!records) return records.error();
   Study study;
   study.archive = std::filesystem::path(store.name()).filename().string();

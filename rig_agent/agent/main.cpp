@@ -91,7 +91,8 @@ Result<void> calibrate(const runtime::CommonOptions& common, const rig::RigOptio
   auto data = runtime::data_folder(common);
   if (!data) return data.error();
   TONUS_TRY_ASSIGN(const auto lock, lock_rig(common));
-  auto folder = rig::RigFolder::take(*data, common.rig);
+  TONUS_TRY_ASSIGN(const auto own_folder, rig_options.own_folder(common.rig));
+  auto folder = rig::RigFolder::take(*data, common.rig, own_folder);
   if (!folder) return folder.error();
   TONUS_TRY_ASSIGN(auto latch, rig::HoldLatch::open(folder->hold()));
   if (latch.is_held()) {
@@ -121,7 +122,8 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   auto data = runtime::data_folder(common);
   if (!data) return data.error();
   TONUS_TRY_ASSIGN(const auto lock, lock_rig(common));
-  auto folder = rig::RigFolder::take(*data, common.rig);
+  TONUS_TRY_ASSIGN(const auto own_folder, rig_options.own_folder(common.rig));
+  auto folder = rig::RigFolder::take(*data, common.rig, own_folder);
   if (!folder) return folder.error();
   TONUS_TRY_ASSIGN(auto latch, rig::HoldLatch::open(folder->hold()));
   TONUS_TRY_ASSIGN(const auto power, Power::on(latch));
@@ -203,6 +205,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
 
 int main(int argc, char** argv) {
   using namespace tonus;
+  runtime::begin_program();
   runtime::CommonOptions common;
   rig::RigOptions rig_options;
   CLI::App app("Realtime control and acquisition beside the hardware.", kProgram);
@@ -215,5 +218,5 @@ int main(int argc, char** argv) {
   runtime::start_log(kProgram, common);
   const auto outcome = calibration_step ? calibrate(common, rig_options, calibration, calibration_step)
                                         : run(common, rig_options);
-  return outcome ? 0 : runtime::report(kProgram, outcome.error());
+  return runtime::end_program(kProgram, outcome ? 0 : runtime::report(kProgram, outcome.error()));
 }

@@ -13,6 +13,7 @@
 #include "rig_agent/drivers/replay.hpp"
 #include "rig_agent/drivers/simulated.hpp"
 #include "services/core/name.hpp"
+#include "services/core/places.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/simulation/profile.hpp"
 
@@ -39,6 +40,12 @@ control::RealtimeRequest RigOptions::realtime() const {
   return request;
 }
 
+Result<std::filesystem::path> RigOptions::own_folder(const std::string& rig) const {
+  if (!folder.empty()) return std::filesystem::absolute(folder);
+  if (driver == "simulated" || driver == "replay") return std::filesystem::path();
+  return default_rig_folder(rig);
+}
+
 void add_options(CLI::App& app, RigOptions& options) {
   app.add_option("--driver", options.driver, "hardware: simulated, replay, library or comedi")
       ->check(CLI::IsMember({"simulated", "replay", "library", "comedi"}))
@@ -62,6 +69,11 @@ void add_options(CLI::App& app, RigOptions& options) {
   app.add_option("--spool-MB", options.spool_MB, "size at which no new trial is begun")
       ->check(CLI::Range(1, 1'000'000))
       ->capture_default_str();
+  app.add_option(
+         "--rig-folder", options.folder,
+         "folder of the rig's calibration and hold (default: the machine's for this rig; of a rig that "
+         "is simulated or replayed: in the data folder)")
+      ->envname("TONUS_RIG_FOLDER");
   app.add_flag("--resume-unattended", options.resumes_unattended,
                "after a fault or a restart go on without an operator; only with a driver that moves nothing "
                "real (simulated, replay)");

@@ -30,12 +30,16 @@ struct RigOptions {
   std::optional<std::uint64_t> seed;
   std::string speed = "real";
   int spool_MB = 4096;
+  std::string folder;  ///< For calibration and hold; empty: see own_folder().
   bool resumes_unattended = false;
   int fifo_priority = 80;       ///< 0: leaves the scheduling alone.
   std::optional<int> loop_cpu;  ///< The loop's processor.
 
   [[nodiscard]] bool is_paced() const { return speed == "real"; }
   [[nodiscard]] control::RealtimeRequest realtime() const;
+  /// The folder for the rig's calibration and hold: as it was said, else the machine's for a rig that may
+  /// move something real, else empty: in the data folder. kUnavailable where no place is known.
+  [[nodiscard]] Result<std::filesystem::path> own_folder(const std::string& rig) const;
 };
 
 void add_options(CLI::App& app, RigOptions& options);

@@ -14,6 +14,7 @@
 #include "rig_agent/control/realtime_setup.hpp"
 #include "rig_agent/watchdog/disable.hpp"
 #include "rig_agent/watchdog/watch.hpp"
+#include "services/core/standard_descriptors.hpp"
 
 namespace {
 
@@ -43,12 +44,14 @@ void rest(std::chrono::nanoseconds duration) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  occupy_standard_descriptors();
   if (argc == 2 && (std::strcmp(argv[1], "--help") == 0 || std::strcmp(argv[1], "--version") == 0)) {
     std::printf(
         "tonus-rig-watchdog: started by tonus-rig-agent, drops the torque when the agent's loop stands "
         "still\n"
         "usage: tonus-rig-watchdog PAGE AGENT LIMIT_US PRIORITY DRIVER FILE OPTIONS\n");
-    return 0;
+    const auto finished = finish_standard_output();
+    return finished ? 0 : refuse(finished.error().message);
   }
   long page = 0;
   long agent = 0;

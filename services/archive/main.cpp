@@ -113,6 +113,7 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace tonus;
+  runtime::begin_program();
   CLI::App app("Keeps every sample and message of the sessions, durably.", kProgram);
   Options options;
   runtime::add_common_options(app, options.common);
@@ -128,5 +129,5 @@ int main(int argc, char** argv) {
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(kProgram, options.common);
   const auto outcome = run(options);
-  return outcome ? 0 : runtime::report(kProgram, outcome.error());
+  return runtime::end_program(kProgram, outcome ? 0 : runtime::report(kProgram, outcome.error()));
 }

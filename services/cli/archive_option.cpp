@@ -2,16 +2,16 @@
 
 #include <CLI/CLI.hpp>
 
-#include "services/cli/system.hpp"
-#include "services/runtime/options.hpp"
+#include "services/core/places.hpp"
 #include "services/store/open_store.hpp"
 
 namespace tonus::cli {
 
-std::string ArchiveOption::name() const {
+Result<std::string> ArchiveOption::name() const {
   if (!archive.empty()) return archive;
-  return store::default_store(data.empty() ? runtime::default_data_folder() : std::filesystem::path(data))
-      .string();
+  if (!data.empty()) return store::default_store(data).string();
+  TONUS_TRY_ASSIGN(const auto folder, default_data_folder());
+  return store::default_store(folder).string();
 }
 
 void add_archive_option(CLI::App& command, ArchiveOption& option) {
@@ -21,7 +21,8 @@ void add_archive_option(CLI::App& command, ArchiveOption& option) {
 }
 
 Result<std::unique_ptr<store::Store>> open_to_read(const ArchiveOption& option) {
-  return store::open_store_for_reading(option.name());
+  TONUS_TRY_ASSIGN(const auto name, option.name());
+  return store::open_store_for_reading(name);
 }
 
 }  // namespace tonus::cli

@@ -15,9 +15,9 @@ namespace tonus::cli {
 /// Which archive a subcommand reads or fills.
 struct ArchiveOption {
   std::string archive;  ///< A file or the URL of a server; the data folder's own where empty.
-  std::string data;     ///< The data folder, runtime::default_data_folder() where empty.
+  std::string data;     ///< The data folder, the default of core/places where empty.
 
-  [[nodiscard]] std::string name() const;
+  [[nodiscard]] Result<std::string> name() const;
 };
 
 /// Adds --archive and --data.

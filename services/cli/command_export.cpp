@@ -9,7 +9,8 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/session_text.hpp"
-#include "services/core/text_file.hpp"
+#include "services/core/json_text.hpp"
+#include "services/core/text.hpp"
 #include "services/formats/csv_export.hpp"
 #include "services/formats/hdf5_export.hpp"
 #include "services/formats/session_recordings.hpp"
@@ -37,7 +38,7 @@ Result<void> export_bids(store::Store& store, const store::Session& session, con
   recording::WriteOptions options;
   options.software_version = runtime::kVersion;
   // What BIDS has no place for: kept beside, where its tools do not look.
-  options.further_files = {{"sourcedata/tonus/session.json", session_json(session).dump(1) + "\n"},
+  options.further_files = {{"sourcedata/tonus/session.json", json_text(session_json(session)) + "\n"},
                            {"code/protocol.toml", session.plan.protocol_toml()}};
   return recording::write_dataset(out, *recordings, options);
 }
@@ -55,15 +56,14 @@ Result<void> export_session(const ExportOptions& options) {
   if (options.format == "bids") {
     done = export_bids(**store, *session, options.out, progress);
   } else if (options.format == "csv") {
-    done = formats::export_csv(**store, *session, options.out, progress);
-    if (done)
-      done = write_text_file(fs::path(options.out) / "session.json", session_json(*session).dump(1) + "\n");
+    done = formats::export_csv(**store, *session, options.out,
+                               {{"session.json", json_text(session_json(*session)) + "\n"}}, progress);
   } else {
     done = formats::export_hdf5(**store, *session, options.out, progress);
   }
   bar.clear();
   if (!done) return done;
-  std::printf("session %s: %s\n", to_hex(record->session).c_str(), options.out.c_str());
+  std::printf("session %s: %s\n", to_hex(record->session).c_str(), shown(options.out).c_str());
   return {};
 }
 

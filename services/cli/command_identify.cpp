@@ -10,6 +10,7 @@
 #include "analysis_service/offline/offline.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
+#include "services/core/json_text.hpp"
 #include "services/core/text_file.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
@@ -127,7 +128,7 @@ Result<void> identify(const IdentifyOptions& options) {
   }
   for (const auto& result : results) print(result);
   if (options.json.empty()) return {};
-  return write_text_file(options.json, as_json(results).dump(1) + "\n");
+  return write_text_file(options.json, json_text(as_json(results)) + "\n");
 }
 
 }  // namespace

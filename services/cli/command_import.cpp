@@ -8,6 +8,8 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/core/clock.hpp"
+#include "services/core/folder.hpp"
+#include "services/core/lifetime.hpp"
 #include "services/import/session_import.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/configuration.hpp"
@@ -36,6 +38,15 @@ std::string archived_configuration(const CLI::App& command) {
   return kept;
 }
 
+/// What stands in the way of writing to an archive that is there, before the long work; none is made.
+Result<void> check_archive(const std::string& name) {
+  TONUS_TRY_ASSIGN(const bool is_there, is_present(name));
+  if (!is_there) return {};
+  const auto store = store::open_store_for_writing(name);
+  if (!store) return store.error();
+  return {};
+}
+
 Result<void> import(const ImportOptions& options) {
   auto recordings = recording::read_dataset(options.dataset);
   if (!recordings) return recordings.error();
@@ -46,17 +57,23 @@ Result<void> import(const ImportOptions& options) {
       if (auto stated = recording::state_force_sign(record, -1); !stated) return stated;
     }
   }
-  auto store = store::open_store_for_writing(options.archive.name());
-  if (!store) return store.error();
+  TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
+  TONUS_TRY(check_archive(archive));
   const SystemClock clock;
   const session_import::ImportSettings settings{
       (std::filesystem::path(options.dataset) / "").parent_path().filename().string(), runtime::kVersion,
       clock.utc_ns(), analysis->core, options.configuration};
   ProgressBar bar("trials");
-  const auto imported = session_import::import_recordings(
-      **store, *recordings, settings,
-      [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
+  const auto sessions = session_import::sessions_of(
+      *recordings, settings, [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
   bar.clear();
+  if (!sessions) return sessions.error();
+  // Nothing is on the disk until here. From here on an interrupt waits until a session is stored whole.
+  const StopSignal stop;
+  const auto store = store::open_store_for_writing(archive);
+  if (!store) return store.error();
+  const auto imported =
+      session_import::store_sessions(**store, *sessions, [&stop] { return stop.is_requested(); });
   if (!imported) return imported.error();
   for (const auto& session : *imported) {
     std::printf("session %s: %s, %s, %u trials\n", to_hex(session.session).c_str(), session.subject.c_str(),

@@ -7,11 +7,14 @@
 
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
-#include "services/bus/typed.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/contract/names.hpp"
+#include "services/core/json_text.hpp"
+#include "services/core/text.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/session_reader.hpp"
+#include "services/store/stored_message.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -25,14 +28,15 @@ struct ListedSession {
 };
 
 Result<std::vector<ListedSession>> list(store::Store& store) {
-  const auto records = store.sessions();
+  const auto records = store::list_sessions(store);
   if (!records) return records.error();
   std::vector<ListedSession> sessions;
   for (const auto& record : *records) {
     ListedSession session{record, {}, {}, 0, 0};
     const store::MessageQuery query{std::string(topics::kSessionState.spec.name), {}, record.session};
     auto visited = store.visit_messages(query, [&](const store::Message& message) -> Result<void> {
-      if (auto state = bus::decode<v1::SessionState>(*message.payload)) session.state = std::move(*state);
+      if (auto state = store::decode_stored<v1::SessionState>(*message.payload))
+        session.state = std::move(*state);
       return {};
     });
     if (!visited) return visited.error();
@@ -117,9 +121,9 @@ void add_ls_command(CLI::App& app, Command& chosen) {
       const auto sessions = list(**store);
       if (!sessions) return runtime::report("tonus ls", sessions.error());
       if (*is_json) {
-        std::printf("%s\n", as_json(*sessions).dump(1).c_str());
+        std::printf("%s\n", json_text(as_json(*sessions)).c_str());
       } else if (sessions->empty()) {
-        std::printf("no session in %s\n", (*store)->name().c_str());
+        std::printf("no session in %s\n", shown((*store)->name()).c_str());
       } else {
         print(*sessions);
       }

@@ -7,6 +7,7 @@
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/session_text.hpp"
+#include "services/core/json_text.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/session_reader.hpp"
 
@@ -26,7 +27,8 @@ Result<void> show(const ShowOptions& options) {
   if (!record) return record.error();
   const auto session = store::read_session(**store, record->session);
   if (!session) return session.error();
-  const std::string text = options.is_json ? session_json(*session).dump(1) + "\n" : session_text(*session);
+  const std::string text =
+      options.is_json ? json_text(session_json(*session)) + "\n" : session_text(*session);
   std::fputs(text.c_str(), stdout);
   return {};
 }

@@ -7,6 +7,7 @@
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
+#include "services/core/json_text.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/session_reader.hpp"
 #include "services/verification/verification.hpp"
@@ -118,7 +119,7 @@ Result<bool> verify(const VerifyOptions& options) {
   bar.clear();
   if (!verification) return verification.error();
   if (options.is_json) {
-    std::printf("%s\n", as_json(*record, *verification).dump(1).c_str());
+    std::printf("%s\n", json_text(as_json(*record, *verification)).c_str());
   } else {
     print(*record, *verification);
   }

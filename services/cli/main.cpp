@@ -9,6 +9,7 @@
 
 int main(int argc, char** argv) {
   using namespace tonus;
+  runtime::begin_program();
   CLI::App app("Measures how a person's arm resists being moved.", "tonus");
   app.require_subcommand(0, 1);
   app.set_version_flag("--version", runtime::kVersion);
@@ -35,5 +36,5 @@ int main(int argc, char** argv) {
     std::fprintf(stderr, "tonus: command is missing; tonus --help lists them\n");
     return 2;
   }
-  return chosen();
+  return runtime::end_program("tonus", chosen());
 }

@@ -11,6 +11,7 @@
 #include "services/cli/recording_protocol.hpp"
 #include "services/cli/results.hpp"
 #include "services/contract/names.hpp"
+#include "services/core/json_text.hpp"
 #include "services/core/text_file.hpp"
 #include "services/protocol/protocol_file.hpp"
 #include "services/simulation/true_impedance.hpp"
@@ -78,7 +79,7 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
   }
   nlohmann::json json = as_json(results);
   json["loaded"] = as_json(study::loaded_postures(estimates));
-  return write_text_file(options.json, json.dump(1) + "\n");
+  return write_text_file(options.json, json_text(json) + "\n");
 }
 
 /// What an operator types when a session waits for one; empty where it does not.

@@ -8,6 +8,7 @@
 #include <utility>
 
 #include "services/core/nearest_word.hpp"
+#include "services/core/text.hpp"
 
 namespace tonus::config {
 namespace {
@@ -29,8 +30,7 @@ std::string printed(const toml::node& node) {
     node.visit([&out](const auto& value) { out << value; });
     text = out.str();
   }
-  std::replace_if(
-      text.begin(), text.end(), [](char c) { return static_cast<unsigned char>(c) < 0x20; }, ' ');
+  text = masked(std::move(text), TextKind::kLine);
   return text.size() > 60 ? text.substr(0, 57) + "..." : text;
 }
 
@@ -141,9 +141,8 @@ std::string CheckedTable::text(std::string_view key, std::size_t least, std::siz
   const toml::node* node = find(key, fallback.has_value(), allowed);
   if (node == nullptr) return fallback.value_or("");
   const auto* text = node->as_string();
-  const auto is_control = [](char c) { return static_cast<unsigned char>(c) < 0x20; };
   if (text != nullptr && text->get().size() >= least && text->get().size() <= most &&
-      std::none_of(text->get().begin(), text->get().end(), is_control)) {
+      shown(text->get()) == text->get()) {
     return text->get();
   }
   refuse(key, allowed);

@@ -1,6 +1,7 @@
 #include "services/core/text.hpp"
 
-#include <cstdint>
+#include <algorithm>
+#include <cstddef>
 
 namespace tonus {
 namespace {
@@ -50,6 +51,27 @@ std::string replaced(std::string_view text, const Replaces& replaces) {
 }
 
 }  // namespace
+
+std::string masked(std::string text, TextKind kind) {
+  std::size_t place = 0;
+  while (place < text.size()) {
+    const Character character = first_of(std::string_view(text).substr(place));
+    const std::size_t bytes = character.bytes == 0 ? 1 : character.bytes;
+    const bool is_layout = character.code == '\n' || character.code == '\t' || character.code == '\r';
+    const bool is_kept =
+        character.bytes != 0 && (!is_steering(character.code) || (kind == TextKind::kFile && is_layout));
+    const auto begin = text.begin() + static_cast<std::ptrdiff_t>(place);
+    if (!is_kept) std::fill_n(begin, bytes, is_layout && character.bytes != 0 ? ' ' : '?');
+    place += bytes;
+  }
+  return text;
+}
+
+std::string as_cell(std::string_view text) {
+  constexpr std::string_view kFormula = "=+-@\t\r";
+  const bool is_formula = !text.empty() && kFormula.find(text.front()) != std::string_view::npos;
+  return (is_formula ? "'" : "") + std::string(text);
+}
 
 bool is_utf8(std::string_view text) {
   while (!text.empty()) {

@@ -5,6 +5,7 @@
 #include <string>
 
 #include "services/contract/rig.hpp"
+#include "services/core/partial_folder.hpp"
 #include "services/core/text_file.hpp"
 #include "services/formats/csv_columns.hpp"
 #include "services/store/archived_trial.hpp"
@@ -87,19 +88,13 @@ std::string estimate_lines(const v1::Estimate& e) {
   return text;
 }
 
-}  // namespace
-
-Result<void> export_csv(store::Store& store, const Session& session, const fs::path& folder,
-                        const Progress& progress) {
+/// The tables in a folder that is there and empty.
+Result<void> write_tables(store::Store& store, const Session& session, const fs::path& folder,
+                          const Progress& progress) {
   std::error_code error;
-  if (fs::exists(folder, error)) {
-    return fail(ErrorCode::kAlreadyExists,
-                fmt::format("'{}': already exists; use a new path", folder.string()));
-  }
-  fs::create_directories(folder / "samples", error);
+  fs::create_directory(folder / "samples", error);
   if (error)
     return fail(ErrorCode::kIo, fmt::format("'{}': cannot be created: {}", folder.string(), error.message()));
-
   std::string trials = header_of(trial_columns());
   std::uint64_t done = 0;
   for (const SessionTrial& trial : session.trials) {
@@ -108,15 +103,25 @@ Result<void> export_csv(store::Store& store, const Session& session, const fs::p
     trials += line_of(trial_columns(), TrialRow(trial));
     if (!trial.record || !trial.record->has_samples) continue;
     TONUS_TRY_ASSIGN(const auto text, samples_text(store, session, trial));
-    TONUS_TRY(write_text_file(folder / "samples" / fmt::format("trial-{}.csv", trial.attempt), text));
+    TONUS_TRY(create_text_file(folder / "samples" / fmt::format("trial-{}.csv", trial.attempt), text));
   }
-  TONUS_TRY(write_text_file(folder / "trials.csv", trials));
+  TONUS_TRY(create_text_file(folder / "trials.csv", trials));
   std::string estimates = header_of(estimate_columns());
   for (const auto& estimate : store::newest_estimates(session)) estimates += estimate_lines(estimate);
-  TONUS_TRY(write_text_file(folder / "estimates.csv", estimates));
-  TONUS_TRY(write_text_file(folder / "columns.csv", columns_text()));
+  TONUS_TRY(create_text_file(folder / "estimates.csv", estimates));
+  TONUS_TRY(create_text_file(folder / "columns.csv", columns_text()));
   if (progress) progress(session.trials.size(), session.trials.size());
   return {};
+}
+
+}  // namespace
+
+Result<void> export_csv(store::Store& store, const Session& session, const fs::path& folder,
+                        const FurtherFiles& further, const Progress& progress) {
+  TONUS_TRY_ASSIGN(auto partial, PartialFolder::begin(folder));
+  TONUS_TRY(write_tables(store, session, partial.path(), progress));
+  for (const auto& [name, text] : further) TONUS_TRY(create_text_file(partial.path() / name, text));
+  return partial.finish();
 }
 
 }  // namespace tonus::formats

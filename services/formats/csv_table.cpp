@@ -2,11 +2,13 @@
 
 #include <utility>
 
+#include "services/core/text.hpp"
 #include "services/recording/number_text.hpp"
 
 namespace tonus::formats {
 
-void CsvLine::text(std::string_view cell) {
+void CsvLine::text(std::string_view given) {
+  const std::string cell = as_cell(shown(given));
   if (cell.find_first_of(",\"\r\n") == std::string_view::npos) return plain(cell);
   separate();
   line_ += '"';

@@ -10,8 +10,8 @@ namespace tonus::formats {
 /// Puts cells together to one line of a CSV file (RFC 4180, '\n').
 class CsvLine {
  public:
-  /// Quoted where it has to be.
-  void text(std::string_view cell);
+  /// Quoted where it has to be, one line, and no formula for a spreadsheet: as_cell() of shown().
+  void text(std::string_view given);
   /// The shortest text that reads back as the same double.
   void number(double value);
   void whole(std::integral auto value) { plain(std::to_string(value)); }

@@ -4,6 +4,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/contract/rig.hpp"
+#include "services/core/partial_folder.hpp"
 #include "services/formats/hdf5_columns.hpp"
 #include "services/formats/hdf5_file.hpp"
 
@@ -154,13 +155,10 @@ Result<void> write_all(Hdf5File& file, store::Store& store, const Session& sessi
 
 Result<void> export_hdf5(store::Store& store, const Session& session, const std::filesystem::path& path,
                          const Progress& progress) {
-  TONUS_TRY_ASSIGN(auto file, Hdf5File::create(path));
-  auto written = write_all(file, store, session, progress);
-  if (!written) {
-    std::error_code ignored;
-    std::filesystem::remove(path, ignored);
-  }
-  return written;
+  TONUS_TRY_ASSIGN(auto partial, PartialFile::begin(path));
+  TONUS_TRY_ASSIGN(auto file, Hdf5File::create(partial.path()));
+  TONUS_TRY(write_all(file, store, session, progress));
+  return partial.finish();
 }
 
 }  // namespace tonus::formats

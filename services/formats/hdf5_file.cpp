@@ -1,7 +1,13 @@
 #include "services/formats/hdf5_file.hpp"
 
+#include <fcntl.h>
 #include <hdf5.h>
 #include <spdlog/fmt/fmt.h>
+#include <string_view>
+#include <unistd.h>
+
+#include "services/core/file_descriptor.hpp"
+#include "services/core/text_file.hpp"
 
 namespace tonus::formats {
 namespace {
@@ -12,8 +18,29 @@ static_assert(sizeof(hid_t) == sizeof(Hdf5Handle::Identifier));
 constexpr hsize_t kChunkRows = 4096;
 constexpr unsigned kDeflate = 4;
 
-/// Quiet: what goes wrong is told by our own errors.
-void silence() { H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr); }
+/// Before the library's first use: see the class. Quiet: what goes wrong is told by our own errors.
+void prepare_library() {
+  [[maybe_unused]] static const herr_t once = H5dont_atexit();
+  H5Eset_auto2(H5E_DEFAULT, nullptr, nullptr);
+}
+
+/// What the system said, as the library quotes it: "..., error message = 'No space left on device', ...".
+herr_t find_reason(unsigned, const H5E_error2_t* entry, void* found) {
+  constexpr std::string_view kBegin = "error message = '";
+  const std::string_view text = entry->desc == nullptr ? "" : entry->desc;
+  const std::size_t begin = text.find(kBegin);
+  if (begin == std::string_view::npos) return 0;
+  const std::string_view reason = text.substr(begin + kBegin.size());
+  *static_cast<std::string*>(found) = reason.substr(0, reason.find('\''));
+  return 1;
+}
+
+/// ": <what the system said>" of the last failure; empty where it is not known.
+std::string reason_of_failure() {
+  std::string reason;
+  H5Ewalk2(H5E_DEFAULT, H5E_WALK_UPWARD, find_reason, &reason);
+  return reason.empty() ? reason : ": " + reason;
+}
 
 Hdf5Handle property_of_links() {
   Hdf5Handle properties(H5Pcreate(H5P_LINK_CREATE), H5Pclose);
@@ -24,19 +51,21 @@ Hdf5Handle property_of_links() {
 }  // namespace
 
 Result<Hdf5File> Hdf5File::create(const std::filesystem::path& path) {
-  silence();
+  prepare_library();
   std::error_code ignored;
   if (std::filesystem::exists(path, ignored)) {
     return fail(ErrorCode::kAlreadyExists,
                 fmt::format("'{}': already exists; use a new path", path.string()));
   }
   Hdf5Handle file(H5Fcreate(path.c_str(), H5F_ACC_EXCL, H5P_DEFAULT, H5P_DEFAULT), H5Fclose);
-  if (!file.is_open()) return fail(ErrorCode::kIo, fmt::format("'{}': cannot be created", path.string()));
+  if (!file.is_open())
+    return fail(ErrorCode::kIo, fmt::format("'{}': cannot be created{}", path.string(), reason_of_failure()));
   return Hdf5File(path, std::move(file));
 }
 
 Error Hdf5File::error(const std::string& object) const {
-  return fail(ErrorCode::kIo, fmt::format("'{}': '{}' cannot be written", path_.string(), object));
+  return fail(ErrorCode::kIo,
+              fmt::format("'{}': '{}' cannot be written{}", path_.string(), object, reason_of_failure()));
 }
 
 Result<void> Hdf5File::make_group(const std::string& path) {
@@ -125,6 +154,9 @@ Result<void> Hdf5File::set(const std::string& path, const std::string& name, std
 
 Result<void> Hdf5File::finish() {
   if (H5Fflush(file_.get(), H5F_SCOPE_GLOBAL) < 0) return error("/");
+  if (!file_.close()) return error("/");
+  const FileDescriptor written(::open(path_.c_str(), O_RDONLY | O_CLOEXEC));
+  if (!written.is_open() || ::fsync(written.get()) != 0) return file_error(path_, "cannot be written");
   return {};
 }
 

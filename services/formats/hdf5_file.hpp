@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <span>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "services/core/result.hpp"
@@ -16,17 +17,20 @@ class Hdf5Handle {
   using Identifier = std::int64_t;  ///< hid_t
   using Close = int (*)(Identifier);
 
-  Hdf5Handle(Identifier identifier, Close close) : identifier_(identifier), close_(close) {}
-  ~Hdf5Handle() {
-    if (identifier_ >= 0) close_(identifier_);
-  }
-  Hdf5Handle(Hdf5Handle&& other) noexcept : identifier_(other.identifier_), close_(other.close_) {
-    other.identifier_ = -1;
-  }
+  Hdf5Handle(Identifier identifier, Close closer) : identifier_(identifier), close_(closer) {}
+  ~Hdf5Handle() { (void)close(); }
+  Hdf5Handle(Hdf5Handle&& other) noexcept
+      : identifier_(std::exchange(other.identifier_, -1)), close_(other.close_) {}
   Hdf5Handle& operator=(Hdf5Handle&&) = delete;
 
   [[nodiscard]] bool is_open() const { return identifier_ >= 0; }
   [[nodiscard]] Identifier get() const { return identifier_; }
+
+  /// False: the library could not close it. Nothing is open afterwards.
+  [[nodiscard]] bool close() {
+    const Identifier identifier = std::exchange(identifier_, -1);
+    return identifier < 0 || close_(identifier) >= 0;
+  }
 
  private:
   Identifier identifier_;
@@ -34,7 +38,10 @@ class Hdf5Handle {
 };
 
 /// A new HDF5 file. Objects are named by their path ("/trials/0001"); groups on the way are made. Units stand
-/// in an attribute `units` of each dataset. Errors (kIo) name the file and the object.
+/// in an attribute `units` of each dataset. Errors (kIo) name the file, the object and what the system says.
+///
+/// The library stays loaded to the end of the process and does not tidy up then: a file that could not be
+/// written would be written once more, and end the process with a signal.
 class Hdf5File {
  public:
   /// kAlreadyExists, kIo.
@@ -56,7 +63,7 @@ class Hdf5File {
   [[nodiscard]] Result<void> set(const std::string& path, const std::string& name, double value);
   [[nodiscard]] Result<void> set(const std::string& path, const std::string& name, std::int64_t value);
 
-  /// Hands everything to the operating system; the file is closed when this goes.
+  /// Closes the file; its content is on the disk. Nothing may be written afterwards.
   [[nodiscard]] Result<void> finish();
 
  private:

@@ -334,12 +334,10 @@ Result<std::vector<ImportedSession>> sessions_of(const std::vector<Recording>& r
   return sessions;
 }
 
-Result<std::vector<store::SessionRecord>> import_recordings(store::Store& store,
-                                                            const std::vector<Recording>& recordings,
-                                                            const ImportSettings& settings,
-                                                            const Progress& progress) {
+Result<std::vector<store::SessionRecord>> store_sessions(store::Store& store,
+                                                         const std::vector<ImportedSession>& sessions,
+                                                         const std::function<bool()>& is_interrupted) {
   TONUS_TRY_ASSIGN(const auto known, store.sessions());
-  TONUS_TRY_ASSIGN(const auto sessions, sessions_of(recordings, settings, progress));
   for (const ImportedSession& session : sessions) {
     const bool is_there = std::any_of(known.begin(), known.end(), [&](const store::SessionRecord& s) {
       return s.session == session.record.session;
@@ -355,6 +353,10 @@ Result<std::vector<store::SessionRecord>> import_recordings(store::Store& store,
   for (const ImportedSession& session : sessions) {
     TONUS_TRY(store.commit(session.batch));
     imported.push_back(session.record);
+    if (is_interrupted && is_interrupted() && imported.size() < sessions.size()) {
+      return fail(ErrorCode::kUnavailable, fmt::format("interrupted: {} of {} sessions are in store '{}'",
+                                                       imported.size(), sessions.size(), store.name()));
+    }
   }
   return imported;
 }

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <functional>
 #include <string>
 #include <vector>
 
@@ -38,10 +39,10 @@ struct ImportedSession {
     const std::vector<recording::Recording>& recordings, const ImportSettings& settings,
     const Progress& progress = {});
 
-/// Stores the sessions of the recordings, each in one step. kAlreadyExists: one already exists, and nothing
-/// is stored.
-[[nodiscard]] Result<std::vector<store::SessionRecord>> import_recordings(
-    store::Store& store, const std::vector<recording::Recording>& recordings, const ImportSettings& settings,
-    const Progress& progress = {});
+/// Stores the sessions, each in one step. kAlreadyExists: one already exists, and nothing is stored.
+/// kUnavailable: `is_interrupted`, asked after each, said so; those before are stored.
+[[nodiscard]] Result<std::vector<store::SessionRecord>> store_sessions(
+    store::Store& store, const std::vector<ImportedSession>& sessions,
+    const std::function<bool()>& is_interrupted = {});
 
 }  // namespace tonus::session_import

@@ -103,10 +103,21 @@ class ChannelTable {
     return table_.refuse(row, column, allowed);
   }
 
+  /// The names, of which a person can read so many.
   [[nodiscard]] std::string names() const {
-    std::vector<std::string> all;
-    for (std::size_t row = 0; row < table_.rows(); ++row) all.push_back(name(row));
-    return fmt::format("{}", fmt::join(all, ", "));
+    constexpr std::size_t kMost = 8;
+    std::vector<std::string> listed;
+    for (std::size_t row = 0; row < std::min(size(), kMost); ++row) listed.push_back(name(row));
+    const std::string more = size() > kMost ? fmt::format(" and {} more", size() - kMost) : "";
+    return fmt::format("{}{}", fmt::join(listed, ", "), more);
+  }
+
+  /// Whether a channel can be a force or a torque, by its unit.
+  [[nodiscard]] bool has_force() const {
+    for (std::size_t row = 0; row < size(); ++row) {
+      if (unit(row) == "N" || unit(row) == "N m" || unit(row) == "V") return true;
+    }
+    return false;
   }
 
  private:
@@ -281,8 +292,11 @@ Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::
       ErrorCode::kInvalidArgument,
       fmt::format(
           "{}: channels {} are not allowed: needed are q1, q2, f1, f2, or x, y, fx, fy, or one channel "
-          "of type JNTANG or POS and one of type MISC in N or N m",
-          file.string(), table.names()));
+          "of type JNTANG or POS and one of type MISC in N or N m{}",
+          file.string(), table.names(),
+          table.has_force()
+              ? ""
+              : "; without a force nothing can be identified: leave these files out of the dataset"));
 }
 
 }  // namespace

@@ -2,6 +2,7 @@
 #include <nlohmann/json.hpp>
 #include <numbers>
 
+#include "services/core/json_text.hpp"
 #include "services/recording/channels.hpp"
 
 namespace tonus::recording {
@@ -123,7 +124,7 @@ std::string channels_json(const Recording& recording) {
                        {"x_m", (*recording.posture_position)[0]},
                        {"y_m", (*recording.posture_position)[1]}};
   }
-  return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace tonus::recording

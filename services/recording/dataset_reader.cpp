@@ -61,6 +61,37 @@ Result<std::vector<fs::path>> motion_files(const fs::path& root) {
   return files;
 }
 
+/// Folders of a dataset that BIDS gives another meaning, and those of other programs (.git).
+bool is_beside(const fs::path& folder) {
+  const std::string name = folder.filename().string();
+  return name.starts_with('.') || name == "sourcedata" || name == "derivatives" || name == "code" ||
+         name == "stimuli";
+}
+
+bool is_motion_file(const std::string& name) {
+  return name.find("_motion.tsv") != std::string::npos || name.ends_with("motion.tsv");
+}
+
+/// A recording that lies where BIDS does not have it, or is compressed, would be lost without a word. Links
+/// to folders are not followed: what they lead to is another dataset's.
+Result<void> refuse_misplaced(const fs::path& folder, const std::vector<fs::path>& read) {
+  TONUS_TRY_ASSIGN(const auto entries, list_folder(folder));
+  for (const fs::path& entry : entries) {
+    std::error_code error;
+    if (fs::symlink_status(entry, error).type() == fs::file_type::directory) {
+      if (!is_beside(entry)) TONUS_TRY(refuse_misplaced(entry, read));
+      continue;
+    }
+    if (!is_motion_file(entry.filename().string())) continue;
+    if (std::find(read.begin(), read.end(), entry) != read.end()) continue;
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("{}: a recording is not allowed here; expected sub-*/[ses-*/]motion/"
+                            "sub-*_motion.tsv, not compressed",
+                            entry.string()));
+  }
+  return {};
+}
+
 /// What `_motion.json` says of time and of missing values beyond the rate that is used.
 struct MotionNotes {
   double nominal_rate = 0.0;       ///< Hz, SamplingFrequency.
@@ -213,6 +244,7 @@ Result<void> Dataset::number_trials(std::vector<Run>& runs) {
 Result<Dataset> Dataset::open(const fs::path& root) {
   TONUS_TRY(check_root(root));
   TONUS_TRY_ASSIGN(const auto files, motion_files(root));
+  TONUS_TRY(refuse_misplaced(root, files));
   if (files.empty()) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("dataset '{}': has no recording; expected sub-*/[ses-*/]motion/*_motion.tsv",

@@ -4,6 +4,7 @@
 #include <set>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/json_text.hpp"
 #include "services/core/partial_folder.hpp"
 #include "services/core/text_file.hpp"
 #include "services/recording/channels.hpp"
@@ -19,7 +20,7 @@ namespace {
 namespace fs = std::filesystem;
 using Json = nlohmann::ordered_json;
 
-std::string dump(const Json& json) { return json.dump(2, ' ', false, Json::error_handler_t::replace) + "\n"; }
+std::string dump(const Json& json) { return json_text(json, 2) + "\n"; }
 
 Result<void> make_folder(const fs::path& folder) {
   std::error_code error;

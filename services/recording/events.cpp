@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/json_text.hpp"
 #include "services/core/text.hpp"
 #include "services/recording/number_text.hpp"
 
@@ -183,7 +184,7 @@ std::string events_json() {
   describe_column("trial_onset_s",
                   "Begin of the whole trial, centring and waiting included, from the first sample", "s");
   describe_column("trial_duration_s", "Duration of the whole trial, the way back included", "s");
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace tonus::recording

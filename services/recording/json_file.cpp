@@ -3,6 +3,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/text.hpp"
 #include "services/recording/line_reader.hpp"
 
 namespace tonus::recording {
@@ -96,7 +97,7 @@ Result<std::string> JsonFile::text(std::string_view key, std::string_view fallba
   const nlohmann::json* value = find(key);
   if (value == nullptr) return std::string(fallback);
   if (!value->is_string()) return refuse(key, "a text");
-  return value->get<std::string>();
+  return shown(value->get<std::string>());
 }
 
 Error JsonFile::refuse(std::string_view key, std::string_view allowed) const {
@@ -106,10 +107,10 @@ Error JsonFile::refuse(std::string_view key, std::string_view allowed) const {
                 fmt::format("{}: {} is missing; expected {}", file_.string(), key, allowed));
   }
   constexpr std::size_t kLongest = 60;
-  std::string shown = value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-  if (shown.size() > kLongest) shown = shown.substr(0, kLongest) + "...";
+  std::string found = value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
+  if (found.size() > kLongest) found = found.substr(0, kLongest) + "...";
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{}: {} = {} is not allowed; expected {}", file_.string(), key, shown, allowed));
+              fmt::format("{}: {} = {} is not allowed; expected {}", file_.string(), key, found, allowed));
 }
 
 }  // namespace tonus::recording

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <nlohmann/json.hpp>
 
+#include "services/core/json_text.hpp"
 #include "services/core/text.hpp"
 #include "services/recording/number_text.hpp"
 #include "services/recording/table.hpp"
@@ -104,7 +105,7 @@ std::string participants_json(const std::vector<Participant>& participants) {
   for (const auto& column : kTextColumns) {
     if (is_known(participants, column)) json[column.name] = {{"Description", column.description}};
   }
-  return json.dump(2, ' ', false, nlohmann::json::error_handler_t::replace) + "\n";
+  return json_text(json, 2) + "\n";
 }
 
 }  // namespace tonus::recording

@@ -103,7 +103,7 @@ std::string_view Table::cell(std::size_t row, std::string_view column) const {
 
 std::string Table::text(std::size_t row, std::string_view column) const {
   const std::string_view value = cell(row, column);
-  return value == kNothing ? std::string() : std::string(value);
+  return value == kNothing ? std::string() : shown(value);
 }
 
 Result<std::optional<double>> Table::number_or_nothing(std::size_t row, std::string_view column) const {

@@ -7,6 +7,7 @@
 #include <cstdlib>
 #include <memory>
 #include <mutex>
+#include <spdlog/pattern_formatter.h>
 #include <spdlog/sinks/base_sink.h>
 #include <spdlog/sinks/stdout_color_sinks.h>
 #include <spdlog/spdlog.h>
@@ -15,6 +16,7 @@
 #include <systemd/sd-journal.h>
 #include <unistd.h>
 
+#include "services/core/text.hpp"
 #include "services/runtime/options.hpp"
 
 namespace tonus::runtime {
@@ -36,6 +38,23 @@ int priority_of(spdlog::level::level_enum level) {
   }
 }
 
+/// A line's text. Names and paths in it cannot steer a terminal or fake another line.
+std::string text_of(const spdlog::details::log_msg& message) {
+  return shown({message.payload.data(), message.payload.size()});
+}
+
+/// "%v" of a line.
+class ShownText : public spdlog::custom_flag_formatter {
+ public:
+  void format(const spdlog::details::log_msg& message, const std::tm&, spdlog::memory_buf_t& line) override {
+    const std::string text = text_of(message);
+    line.append(text.data(), text.data() + text.size());
+  }
+  [[nodiscard]] std::unique_ptr<custom_flag_formatter> clone() const override {
+    return std::make_unique<ShownText>();
+  }
+};
+
 /// spdlog has a sink for the journal, but none with fields of one's own.
 class JournalSink : public spdlog::sinks::base_sink<std::mutex> {
  public:
@@ -44,9 +63,9 @@ class JournalSink : public spdlog::sinks::base_sink<std::mutex> {
 
  private:
   void sink_it_(const spdlog::details::log_msg& message) override {
-    (void)sd_journal_send("MESSAGE=%.*s", static_cast<int>(message.payload.size()), message.payload.data(),
-                          "PRIORITY=%d", priority_of(message.level), "SYSLOG_IDENTIFIER=%s", program_.c_str(),
-                          "TONUS_RIG=%s", rig_.c_str(), "TONUS_DOMAIN=%s", domain_.c_str(), nullptr);
+    (void)sd_journal_send("MESSAGE=%s", text_of(message).c_str(), "PRIORITY=%d", priority_of(message.level),
+                          "SYSLOG_IDENTIFIER=%s", program_.c_str(), "TONUS_RIG=%s", rig_.c_str(),
+                          "TONUS_DOMAIN=%s", domain_.c_str(), nullptr);
   }
   void flush_() override {}
 
@@ -81,7 +100,9 @@ void listen_to_signals() {
 
 void start(const std::string& program, const std::string& level, spdlog::sink_ptr sink) {
   auto logger = std::make_shared<spdlog::logger>(program, std::move(sink));
-  logger->set_pattern("%Y-%m-%d %H:%M:%S.%e %z %^%l%$ %n: %v");
+  auto formatter = std::make_unique<spdlog::pattern_formatter>();
+  formatter->add_flag<ShownText>('v').set_pattern("%Y-%m-%d %H:%M:%S.%e %z %^%l%$ %n: %v");
+  logger->set_formatter(std::move(formatter));
   logger->set_level(spdlog::level::from_str(level));
   usual_level = logger->level();
   spdlog::set_default_logger(logger);

@@ -1,12 +1,17 @@
 #include "services/runtime/options.hpp"
 
 #include <CLI/CLI.hpp>
-#include <algorithm>
 #include <cstdio>
 #include <cstdlib>
+#include <memory>
 #include <spdlog/fmt/fmt.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "services/core/name.hpp"
+#include "services/core/places.hpp"
+#include "services/core/standard_descriptors.hpp"
+#include "services/core/text.hpp"
 #include "services/runtime/configuration.hpp"
 #include "services/runtime/network.hpp"
 #include "services/runtime/option_documents.hpp"
@@ -26,6 +31,21 @@ CLI::Option* add_config_option(CLI::App& app) {
       ->group(kCommonGroup)
       ->type_name("FILE")
       ->configurable(false);
+}
+
+/// The program's words, and the variables that it reads.
+Result<void> check_text(int argc, char** argv) {
+  const auto refuse = [](const std::string& what, std::string_view value) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("{}: '{}' is not UTF-8", what, shown(value)));
+  };
+  for (int i = 1; i < argc; ++i) {
+    if (!is_utf8(argv[i])) return refuse(fmt::format("word {} of the command line", i), argv[i]);
+  }
+  for (char** variable = environ; *variable != nullptr; ++variable) {
+    const std::string_view text = *variable;
+    if (text.starts_with("TONUS_") && !is_utf8(text)) return refuse("environment", text);
+  }
+  return {};
 }
 
 }  // namespace
@@ -68,12 +88,15 @@ CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string
   return app.add_option("--data", data, what)->group(kCommonGroup);
 }
 
-std::filesystem::path default_data_folder() {
-  if (const char* state = std::getenv("XDG_STATE_HOME"); state != nullptr && *state != '\0') {
-    return std::filesystem::path(state) / "tonus";
-  }
-  const char* home = std::getenv("HOME");
-  return std::filesystem::path(home != nullptr ? home : "/tmp") / ".local" / "state" / "tonus";
+void begin_program() {
+  occupy_standard_descriptors();
+  constexpr mode_t kOthers = S_IWGRP | S_IRWXO;
+  ::umask(::umask(kOthers) | kOthers);
+}
+
+int end_program(const std::string& program, int code) {
+  const auto finished = finish_standard_output();
+  return finished || code != 0 ? code : report(program, finished.error());
 }
 
 namespace {
@@ -111,6 +134,10 @@ std::optional<int> print_document(const CLI::App& app, const std::vector<std::st
 }  // namespace
 
 int parse_command_line(CLI::App& app, int argc, char** argv) {
+  if (const auto good = check_text(argc, argv); !good) {
+    (void)report(app.get_name(), good.error());
+    return 2;
+  }
   const std::vector<std::string> words(argv + std::min(argc, 1), argv + argc);
   add_settings_options(app);
   if (const auto printed = print_document(app, words)) return *printed;
@@ -119,9 +146,10 @@ int parse_command_line(CLI::App& app, int argc, char** argv) {
   try {
     app.parse(argc, argv);
   } catch (const CLI::Success& success) {
-    return app.exit(success);
+    return end_program(app.get_name(), app.exit(success));
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(), error.what());
+    std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(),
+                 shown(error.what()).c_str());
     return 2;
   }
   if (const auto good = settings->check(app); !good) return refuse(app, good.error().message);
@@ -133,8 +161,10 @@ int parse_command_line(CLI::App& app, int argc, char** argv) {
 }
 
 Result<std::filesystem::path> data_folder(const CommonOptions& options) {
-  const std::filesystem::path folder =
-      options.data.empty() ? default_data_folder() : std::filesystem::path(options.data);
+  std::filesystem::path folder = options.data;
+  if (folder.empty()) {
+    TONUS_TRY_ASSIGN(folder, default_data_folder());
+  }
   std::error_code error;
   std::filesystem::create_directories(folder, error);
   if (error) {
@@ -158,11 +188,8 @@ Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const s
 }
 
 int report(const std::string& program, const Error& error) {
-  std::string line = error.message;
-  // It may quote a damaged file.
-  std::replace_if(
-      line.begin(), line.end(), [](char c) { return static_cast<unsigned char>(c) < ' '; }, '?');
-  std::fprintf(stderr, "%s: %s\n", program.c_str(), line.c_str());
+  // It may quote a damaged file or somebody's name for one.
+  std::fprintf(stderr, "%s: %s\n", program.c_str(), shown(error.message).c_str());
   return 1;
 }
 

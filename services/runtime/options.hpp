@@ -22,7 +22,7 @@ struct CommonOptions {
   int domain = 47;
   std::string dds = "fastdds";
   std::string rig = "rig";
-  std::string data;  ///< Folder for what the program keeps; default_data_folder() where empty.
+  std::string data;  ///< Folder for what the program keeps; the default of core/places where empty.
   std::string log_level = "info";
   std::string interface;                       ///< Name or address; empty: this machine only.
   std::vector<std::string> peers;              ///< Names or addresses of the other hosts.
@@ -38,11 +38,17 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 /// --data, of the commands that have no other common option.
 CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string& what);
 
-/// XDG_STATE_HOME/tonus or ~/.local/state/tonus.
-[[nodiscard]] std::filesystem::path default_data_folder();
+/// First line of every main(): standard descriptors that are closed are occupied, and what the program makes
+/// is for its user and group alone (files 0640, folders 0750, or less where the umask says so).
+void begin_program();
 
-/// Parses the command line; what it does not say comes from environment and files (settings.hpp). Answers
-/// --print-config (the settings in force) and --print-document (option_documents.hpp). Returns -1 to go on,
+/// Last line of every main(): `code`, or 1 after one line on standard error where not all that was printed
+/// could be written.
+[[nodiscard]] int end_program(const std::string& program, int code);
+
+/// Parses the command line; what it does not say comes from environment and files (settings.hpp). Words and
+/// variables TONUS_* that are not UTF-8 are refused. Answers --print-config (the settings in force) and
+/// --print-document (option_documents.hpp). Returns -1 to go on,
 /// else the exit code: 0 for --help and --version, 2 for a line that was refused, after one line on standard
 /// error that names the option, its value and what is allowed.
 [[nodiscard]] int parse_command_line(CLI::App& app, int argc, char** argv);
@@ -54,8 +60,7 @@ CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string
 /// The data folder, made if it is missing.
 [[nodiscard]] Result<std::filesystem::path> data_folder(const CommonOptions& options);
 
-/// One line on standard error, "program: message", with "?" in the place of control characters. Returns the
-/// exit code 1.
+/// One line on standard error, "program: message", as shown() has it. Returns the exit code 1.
 int report(const std::string& program, const Error& error);
 
 }  // namespace tonus::runtime

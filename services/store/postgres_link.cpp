@@ -1,11 +1,11 @@
 #include "services/store/postgres_link.hpp"
 
 #include <algorithm>
-#include <cstddef>
 #include <spdlog/fmt/fmt.h>
 
 #include "services/core/clock.hpp"
 #include "services/core/passwords.hpp"
+#include "services/core/text.hpp"
 #include "services/store/postgres_schema.hpp"
 
 namespace tonus::store {
@@ -31,22 +31,6 @@ std::string with_defaults(std::string url) {
 /// The first line of what the server or the library says, without a trailing end of line.
 std::string first_line(const std::string& text) { return text.substr(0, text.find('\n')); }
 
-/// Length of the UTF-8 character that begins at `at`; 0: none does. Overlong forms and surrogates are none.
-std::size_t utf8_length(const std::string& text, std::size_t at) {
-  const auto byte = [&](std::size_t i) { return static_cast<unsigned char>(text[i]); };
-  const unsigned lead = byte(at);
-  if (lead < 0x80) return 1;
-  const std::size_t length = lead >= 0xF0 ? 4 : lead >= 0xE0 ? 3 : 2;
-  if (lead < 0xC2 || lead > 0xF4 || at + length > text.size()) return 0;
-  for (std::size_t i = at + 1; i < at + length; ++i) {
-    if ((byte(i) & 0xC0U) != 0x80U) return 0;
-  }
-  const unsigned second = byte(at + 1);
-  const bool is_overlong = (lead == 0xE0 && second < 0xA0) || (lead == 0xF0 && second < 0x90);
-  const bool is_too_large = (lead == 0xED && second > 0x9F) || (lead == 0xF4 && second > 0x8F);
-  return is_overlong || is_too_large ? 0 : length;
-}
-
 }  // namespace
 
 namespace sql {
@@ -64,15 +48,7 @@ Payload payload(const pqxx::field& field) {
   return std::make_shared<const std::vector<std::byte>>(first, first + bytes.size());
 }
 
-std::string text(const std::string& value) {
-  std::string good;
-  for (std::size_t at = 0; at < value.size();) {
-    const std::size_t length = value[at] == '\0' ? 0 : utf8_length(value, at);
-    good += length == 0 ? "?" : value.substr(at, length);
-    at += std::max<std::size_t>(1, length);
-  }
-  return good;
-}
+std::string text(const std::string& value) { return masked(value, TextKind::kFile); }
 
 }  // namespace sql
 

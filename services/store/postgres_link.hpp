@@ -53,7 +53,7 @@ namespace sql {
 [[nodiscard]] Id id(const pqxx::field& field);  ///< All zero where the value has another length.
 [[nodiscard]] Payload payload(const pqxx::field& field);
 
-/// The text with "?" in the place of every byte that is not UTF-8, which the server would refuse.
+/// Masked, with its line ends: what is not UTF-8 the server would refuse.
 [[nodiscard]] std::string text(const std::string& value);
 
 }  // namespace sql

@@ -31,7 +31,7 @@ TrialRecord trial_of(const pqxx::row& row) {
   trial.stream = {sql::id(row[2]), sql::natural(row[3])};
   trial.attempt = sql::natural32(row[4]);
   trial.planned_index = sql::natural32(row[5]);
-  trial.posture = row[6].as<std::string>();
+  trial.posture = sql::text(row[6].as<std::string>());
   trial.set = static_cast<std::int32_t>(row[7].as<std::int64_t>());
   trial.end = sql::natural32(row[8]);
   trial.has_samples = row[9].as<bool>();
@@ -89,9 +89,14 @@ Result<std::vector<SessionRecord>> PostgresStore::sessions() {
       "SELECT session_id, rig_id, subject, protocol_name, seed, planned_trials, started_at, software_version "
       "FROM sessions ORDER BY started_at COLLATE \"C\", session_id",
       [](const pqxx::row& row) {
-        return SessionRecord{sql::id(row[0]),          sql::id(row[1]),         row[2].as<std::string>(),
-                             row[3].as<std::string>(), sql::natural(row[4]),    sql::natural32(row[5]),
-                             row[6].as<std::string>(), row[7].as<std::string>()};
+        return SessionRecord{sql::id(row[0]),
+                             sql::id(row[1]),
+                             sql::text(row[2].as<std::string>()),
+                             sql::text(row[3].as<std::string>()),
+                             sql::natural(row[4]),
+                             sql::natural32(row[5]),
+                             sql::text(row[6].as<std::string>()),
+                             sql::text(row[7].as<std::string>())};
       });
 }
 
@@ -138,7 +143,7 @@ Result<std::vector<MessageDigest>> PostgresStore::newest_messages() {
       "SELECT DISTINCT ON (topic, key) topic, key, crc32c, octet_length(payload) FROM messages "
       "ORDER BY topic, key, message DESC",
       [](const pqxx::row& row) {
-        return MessageDigest{row[0].as<std::string>(), sql::id(row[1]), sql::natural32(row[2]),
+        return MessageDigest{sql::text(row[0].as<std::string>()), sql::id(row[1]), sql::natural32(row[2]),
                              sql::natural(row[3])};
       });
 }
@@ -192,8 +197,8 @@ Result<void> PostgresStore::visit_messages(const MessageQuery& query, const Mess
           sql::bytes(query.in_force_at.value_or(kNoId)), kPage);
       for (const pqxx::row& row : rows) {
         last = row[0].as<std::int64_t>();
-        page.push_back({row[1].as<std::string>(), sql::id(row[2]), sql::id(row[3]), sql::natural(row[4]),
-                        sql::natural32(row[5]), sql::payload(row[6])});
+        page.push_back({sql::text(row[1].as<std::string>()), sql::id(row[2]), sql::id(row[3]),
+                        sql::natural(row[4]), sql::natural32(row[5]), sql::payload(row[6])});
       }
     });
     if (!fetched) return fetched;

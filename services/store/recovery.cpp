@@ -5,12 +5,12 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "idl/topics.hpp"
-#include "services/bus/typed.hpp"
 #include "services/contract/names.hpp"
 #include "services/core/folder.hpp"
 #include "services/store/open_store.hpp"
 #include "services/store/recovered_rows.hpp"
 #include "services/store/sqlite_pages.hpp"
+#include "services/store/stored_message.hpp"
 #include "services/store/wire.hpp"
 
 namespace tonus::store {
@@ -61,10 +61,10 @@ class Rebuilder {
  private:
   void note(const Message& message) {
     if (message.topic == topics::kSessionPlan.spec.name) {
-      if (const auto wire = bus::decode<v1::SessionPlan>(*message.payload))
+      if (const auto wire = decode_stored<v1::SessionPlan>(*message.payload))
         sessions_[wire->session_id()] = to_record(*wire);
     } else if (message.topic == topics::kTrialOutcome.spec.name) {
-      const auto wire = bus::decode<v1::TrialOutcome>(*message.payload);
+      const auto wire = decode_stored<v1::TrialOutcome>(*message.payload);
       if (!wire) return;
       auto record = to_record(*wire);
       if (!record) return;
@@ -72,11 +72,11 @@ class Rebuilder {
       if (record->has_samples) note_frontier(record->stream, record->range().end);
       trials_[record->trial] = std::move(*record);
     } else if (message.topic == topics::kRigState.spec.name) {
-      const auto wire = bus::decode<v1::RigState>(*message.payload);
+      const auto wire = decode_stored<v1::RigState>(*message.payload);
       if (wire && wire->next_sequence() <= kLargestSequence)
         note_frontier({wire->rig_id(), wire->epoch()}, wire->next_sequence());
     } else if (message.topic == topics::kSessionState.spec.name) {
-      const auto wire = bus::decode<v1::SessionState>(*message.payload);
+      const auto wire = decode_stored<v1::SessionState>(*message.payload);
       if (wire && v1::is_over(wire->phase())) ends_[wire->session_id()] = wire->phase();
     }
   }

@@ -7,7 +7,8 @@
 
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
-#include "services/bus/typed.hpp"
+#include "services/core/text.hpp"
+#include "services/store/stored_message.hpp"
 
 namespace tonus::store {
 namespace {
@@ -117,6 +118,7 @@ class SessionCollector {
       auto& trial = trials_[record.attempt];
       trial.trial = record.trial;
       trial.record = std::move(record);
+      trial.record->posture = masked(std::move(trial.record->posture), TextKind::kLine);
     }
     for (auto& [attempt, trial] : trials_) {
       trial.attempt = attempt;
@@ -132,7 +134,7 @@ class SessionCollector {
   template <typename T>
   std::optional<Arrival<T>> decode(const Message& message, const topics::Topic<T>& topic) {
     if (message.topic != topic.spec.name) return {};
-    auto value = bus::decode<T>(*message.payload);
+    auto value = decode_stored<T>(*message.payload);
     if (value) return Arrival<T>{std::move(*value), message.received_ns};
     if (message.session == id())
       session_.undecodable.push_back(fmt::format("{}: {}", message.topic, value.error().message));
@@ -192,8 +194,18 @@ Result<void> collect_session(Store& store, const Id& session, const std::optiona
 
 }  // namespace
 
+Result<std::vector<SessionRecord>> list_sessions(Store& store) {
+  TONUS_TRY_ASSIGN(auto sessions, store.sessions());
+  for (SessionRecord& session : sessions) {
+    for (std::string* text :
+         {&session.subject, &session.protocol_name, &session.started_at, &session.software_version})
+      *text = masked(std::move(*text), TextKind::kLine);
+  }
+  return sessions;
+}
+
 Result<SessionRecord> find_session(Store& store, std::string_view wanted) {
-  TONUS_TRY_ASSIGN(const auto sessions, store.sessions());
+  TONUS_TRY_ASSIGN(const auto sessions, list_sessions(store));
   const auto refuse = [&](ErrorCode code, std::string_view why, const std::vector<SessionRecord>& listed) {
     return fail(code,
                 fmt::format("session '{}': {}; store '{}' {}", wanted, why, store.name(), list_of(listed)));
@@ -230,7 +242,7 @@ std::string why_not_counted(const SessionTrial& trial) {
 }
 
 Result<Session> read_session(Store& store, const Id& session) {
-  TONUS_TRY_ASSIGN(const auto sessions, store.sessions());
+  TONUS_TRY_ASSIGN(const auto sessions, list_sessions(store));
   const auto record = std::find_if(sessions.begin(), sessions.end(),
                                    [&](const SessionRecord& s) { return s.session == session; });
   if (record == sessions.end()) {

@@ -18,6 +18,9 @@
 /// time.
 namespace tonus::store {
 
+/// All sessions as Store::sessions() gives them, each text one line, fit to be shown.
+[[nodiscard]] Result<std::vector<SessionRecord>> list_sessions(Store& store);
+
 /// The session that a person means by `wanted`: its id or the beginning of it (hexadecimal, hyphens allowed);
 /// empty or "last": the one that began last. kNotFound: there is none; kInvalidArgument: several begin like
 /// that. Both messages list sessions to choose from.

@@ -5,6 +5,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <sqlite3.h>
 
+#include "services/core/text.hpp"
+
 namespace tonus::store {
 namespace {
 
@@ -165,9 +167,9 @@ double Statement::real(int column) const { return sqlite3_column_double(statemen
 
 std::string Statement::text(int column) const {
   const auto* bytes = reinterpret_cast<const char*>(sqlite3_column_text(statement_.get(), column));
-  return bytes == nullptr
-             ? std::string()
-             : std::string(bytes, static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column)));
+  if (bytes == nullptr) return {};
+  const auto size = static_cast<std::size_t>(sqlite3_column_bytes(statement_.get(), column));
+  return masked({bytes, size}, TextKind::kFile);
 }
 
 std::vector<std::byte> Statement::blob(int column) const {

@@ -96,7 +96,7 @@ class Statement {
     return static_cast<std::uint32_t>(integer(column));
   }
   [[nodiscard]] double real(int column) const;
-  [[nodiscard]] std::string text(int column) const;
+  [[nodiscard]] std::string text(int column) const;  ///< Masked: UTF-8, with its line ends.
   [[nodiscard]] std::vector<std::byte> blob(int column) const;
   [[nodiscard]] Id id(int column) const;  ///< All zero where the blob has another length.
 

@@ -164,11 +164,12 @@ Result<void> run(const Options& options) {
 
 int main(int argc, char** argv) {
   using namespace tonus;
+  runtime::begin_program();
   CLI::App app("Serves the session's pages to browsers, and its data to Foxglove and its like.", kProgram);
   Options options;
   add_options(app, options);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(kProgram, options.common);
   const auto outcome = run(options);
-  return outcome ? 0 : runtime::report(kProgram, outcome.error());
+  return runtime::end_program(kProgram, outcome ? 0 : runtime::report(kProgram, outcome.error()));
 }

@@ -56,8 +56,8 @@ void WatchedAgent::start() {
       program("tonus-rig-agent"),
       std::vector<std::string>{"--driver", "library", "--driver-file", TONUS_SPRING_RIG, "--driver-options",
                                "amplifier=" + (folder_ / "amplifier").string() + " " + driver_options_,
-                               "--data", (folder_ / "data").string(), "--domain",
-                               std::to_string(own_domain())},
+                               "--data", (folder_ / "data").string(), "--rig-folder",
+                               (folder_ / "rig").string(), "--domain", std::to_string(own_domain())},
       folder_ / ("agent" + std::to_string(++starts_)));
   if (!wait_until([&] { return amplifier_->written_ns > before || amplifier_->disabled_ns > before; },
                   kLimit))

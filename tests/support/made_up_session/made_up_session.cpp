@@ -143,6 +143,7 @@ class Writer {
     batch_.sessions = {record};
     for (const auto& [key, coverage] : coverage_)
       batch_.streams.push_back({key, coverage.ranges().front().first, coverage, 0, 0});
+    if (recipe_.spoil_batch) recipe_.spoil_batch(batch_);
     const auto committed = store_.commit(batch_);
     ASSERT_TRUE(committed) << committed.error().message;
   }

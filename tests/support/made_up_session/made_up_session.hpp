@@ -24,6 +24,7 @@ struct SessionRecipe {
   std::function<void(v1::Estimate&)> spoil_estimate;       ///< Before it is archived.
   std::function<void(v1::TrialVerdict&)> spoil_verdict;    ///< Likewise.
   std::function<bool(std::uint64_t first)> is_block_lost;  ///< By its first sample.
+  std::function<void(store::Batch&)> spoil_batch;          ///< All, before it is archived.
   std::uint64_t received_ns = 1'700'000'000'000'000'000;
 };
 

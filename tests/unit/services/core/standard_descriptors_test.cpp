@@ -1,5 +1,6 @@
 #include "services/core/standard_descriptors.hpp"
 
+#include <cstdio>
 #include <fcntl.h>
 #include <gtest/gtest.h>
 #include <sys/wait.h>
@@ -29,6 +30,23 @@ TEST(StandardDescriptors, AreNotGivenToDataFilesWhicheverOfThemAreClosed) {
     ::waitpid(child, &status, 0);
     EXPECT_EQ(status, 0) << "closed: " << closed;
   }
+}
+
+TEST(StandardOutput, IsFinishedWithAnErrorOnAFullDisk) {
+  for (const bool is_early : {false, true}) {
+    const pid_t child = ::fork();
+    if (child == 0) {
+      const int full = ::open("/dev/full", O_WRONLY | O_CLOEXEC);
+      if (full < 0 || ::dup2(full, STDOUT_FILENO) < 0) ::_exit(2);
+      std::fputs("a line\n", stdout);
+      if (is_early) std::fflush(stdout);
+      ::_exit(finish_standard_output() ? 1 : 0);
+    }
+    int status = 0;
+    ::waitpid(child, &status, 0);
+    EXPECT_EQ(status, 0) << "failed " << (is_early ? "before" : "at") << " the end";
+  }
+  EXPECT_TRUE(finish_standard_output());
 }
 
 }  // namespace

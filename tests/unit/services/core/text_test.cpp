@@ -36,5 +36,22 @@ TEST(Text, ShowsOneLineThatSteersNoTerminal) {
             "a" + kReplaced + "b");  // line separator
 }
 
+TEST(MaskedText, IsAsLongAsBeforeAndHasNothingThatSteersATerminal) {
+  EXPECT_EQ(masked("P 01, Zo\xC3\xAB \xE5\xB1\xB1", TextKind::kLine), "P 01, Zo\xC3\xAB \xE5\xB1\xB1");
+  EXPECT_EQ(masked("M\xFCller\n\x1B[2J\xE2\x80\xAE"
+                   "x",
+                   TextKind::kLine),
+            "M?ller ?[2J???x");
+  EXPECT_EQ(masked("a = 1\n\tb\r\n\x07\xC2\x9B", TextKind::kFile), "a = 1\n\tb\r\n???");
+  EXPECT_EQ(masked(std::string("a\0b", 3), TextKind::kFile), "a?b");
+  EXPECT_EQ(masked("\xE5\xB1", TextKind::kLine), "??");
+}
+
+TEST(CellText, IsNoFormulaForASpreadsheet) {
+  for (const char* formula : {"=1+1", "+1", "-1", "@SUM(A1)", "\tx", "\rx"})
+    EXPECT_EQ(as_cell(formula), std::string("'") + formula);
+  for (const char* text : {"", "P-01", "a=b", "'=1"}) EXPECT_EQ(as_cell(text), text);
+}
+
 }  // namespace
 }  // namespace tonus

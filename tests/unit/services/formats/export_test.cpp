@@ -1,8 +1,11 @@
+#include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <gtest/gtest.h>
 #include <hdf5.h>
 #include <set>
 #include <sstream>
+#include <sys/resource.h>
 
 #include "services/core/text_file.hpp"
 #include "services/formats/csv_export.hpp"
@@ -128,6 +131,60 @@ TEST_F(Export, WritesHdf5WithAUnitAtEveryDataset) {
   EXPECT_EQ(values[601], samples->samples[300].encoder_count()[1]);
   H5Dclose(encoder);
   H5Fclose(file);
+}
+
+/// Files of this process may have so many bytes, as on a disk that fills up; nothing else writes meanwhile.
+class FileSizeLimit {
+ public:
+  explicit FileSizeLimit(rlim_t bytes) {
+    std::signal(SIGXFSZ, SIG_IGN);
+    ::getrlimit(RLIMIT_FSIZE, &before_);
+    const rlimit limit{bytes, before_.rlim_max};
+    ::setrlimit(RLIMIT_FSIZE, &limit);
+  }
+  ~FileSizeLimit() { ::setrlimit(RLIMIT_FSIZE, &before_); }
+  FileSizeLimit(const FileSizeLimit&) = delete;
+  FileSizeLimit& operator=(const FileSizeLimit&) = delete;
+
+ private:
+  rlimit before_{};
+};
+
+TEST_F(Export, OfCsvThatFailsLeavesNothingAndTheNextOneWorks) {
+  for (const rlim_t bytes : {0U, 100U, 50000U}) {
+    Result<void> failed;
+    {
+      const FileSizeLimit limit(bytes);
+      failed = export_csv(store_, session_, folder_ / "csv");
+    }
+    ASSERT_FALSE(failed) << bytes;
+    EXPECT_NE(failed.error().message.find("File too large"), std::string::npos) << failed.error().message;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << bytes;
+  }
+  EXPECT_TRUE(export_csv(store_, session_, folder_ / "csv"));
+}
+
+TEST_F(Export, OfHdf5ThatFailsNamesTheReasonLeavesNothingAndTheNextOneWorks) {
+  for (const rlim_t bytes : {0U, 3000U, 100'000U, 800'000U}) {
+    Result<void> failed;
+    {
+      const FileSizeLimit limit(bytes);
+      failed = export_hdf5(store_, session_, folder_ / "session.h5");
+    }
+    ASSERT_FALSE(failed) << bytes;
+    EXPECT_NE(failed.error().message.find("File too large"), std::string::npos) << failed.error().message;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << bytes;
+  }
+  EXPECT_TRUE(export_hdf5(store_, session_, folder_ / "session.h5"));
+}
+
+TEST_F(Export, OfHdf5ThatFailsLetsTheProgramEnd) {
+  const auto fail_and_end = [&] {
+    const FileSizeLimit limit(100'000);
+    const bool has_failed = !export_hdf5(store_, session_, folder_ / "session.h5");
+    std::exit(has_failed ? 7 : 1);
+  };
+  EXPECT_EXIT(fail_and_end(), ::testing::ExitedWithCode(7), "");
 }
 
 TEST_F(Export, OverwritesNothing) {

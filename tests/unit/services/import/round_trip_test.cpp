@@ -50,6 +50,14 @@ class RoundTrip : public ::testing::Test {
     }
   }
 
+  Result<std::vector<store::SessionRecord>> import_recordings(
+      store::Store& store, const std::vector<recording::Recording>& recordings,
+      const ImportSettings& settings) {
+    const auto sessions = sessions_of(recordings, settings);
+    if (!sessions) return sessions.error();
+    return store_sessions(store, *sessions);
+  }
+
   ::tonus::testing::TemporaryFolder folder_;
   store::MemoryStore original_;
   store::MemoryStore copy_;

@@ -167,6 +167,41 @@ TEST_F(DatasetErrors, NameALineWithAnotherNumberOfCells) {
   EXPECT_EQ(refusal_of(file, ""), file + ": is empty; expected a row");
 }
 
+TEST_F(DatasetErrors, OfMotionWithoutAForceAreOneLineThatAPersonCanReadAndActOn) {
+  put_one_axis();
+  const std::string file = kOneAxisStem + "_channels.tsv";
+  std::string imu = "name\tcomponent\ttype\ttracked_point\tunits\n";
+  for (int point = 0; point < 51; ++point) {
+    for (const char* axis : {"x", "y", "z"})
+      imu += "p" + std::to_string(point) + "_ACCEL_" + axis + "\t" + axis + "\tACCEL\tp\tm/s^2\n";
+  }
+  const std::string of_imu = refusal_of(file, imu);
+  EXPECT_LT(of_imu.size(), 500U);
+  EXPECT_NE(of_imu.find("p2_ACCEL_x, p2_ACCEL_y and 145 more are not allowed"), std::string::npos) << of_imu;
+  EXPECT_NE(of_imu.find("without a force nothing can be identified: leave"), std::string::npos) << of_imu;
+  const std::string of_rigid_body =
+      refusal_of(file,
+                 "name\tcomponent\ttype\ttracked_point\tunits\n"
+                 "head_quat_w\tquat_w\tORNT\thead\tn/a\nhead_cart_x\tx\tPOS\thead\tm\n"
+                 "head_yaw\tn/a\tMISC\thead\tn/a\nlatency\tn/a\tLATENCY\tn/a\tseconds\n");
+  EXPECT_NE(of_rigid_body.find("without a force"), std::string::npos) << of_rigid_body;
+}
+
+TEST_F(DatasetErrors, NameARecordingThatLiesWhereItWouldNotBeRead) {
+  put_one_axis();
+  const std::string rest =
+      ": a recording is not allowed here; expected sub-*/[ses-*/]motion/sub-*_motion.tsv, not compressed";
+  const std::string name = "sub-08_task-hold_tracksys-servo_motion.tsv";
+  for (const std::string& place :
+       {"sub-08/" + name, "sub-08/motion/" + name + ".gz", "sub-08/ses-1/" + name, name, "08/motion/" + name,
+        "sub-08/ses-1/run-1/motion/" + name, std::string("sub-08/motion/motion.tsv")}) {
+    EXPECT_EQ(refusal_of(place, "1\t2\n"), place + rest);
+    std::filesystem::remove(root_ / place);
+  }
+  for (const std::string folder : {"sourcedata", "derivatives", "code", ".git"})
+    EXPECT_EQ(refusal_of(folder + "/" + name, "1\t2\n"), "nothing refused");
+}
+
 TEST_F(DatasetErrors, NameChannelsThatCannotBeUsed) {
   put_one_axis();
   const std::string file = kOneAxisStem + "_channels.tsv";
