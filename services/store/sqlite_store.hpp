@@ -31,6 +31,10 @@ class SqliteStore final : public Store {
   [[nodiscard]] static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, Access access);
   ~SqliteStore() override;
 
+  /// What opening the file for writing would change in its tables, a step each ("2: certificates of
+  /// sessions"); empty: nothing, or there is no such file. Changes nothing. Errors as open().
+  [[nodiscard]] static Result<std::vector<std::string>> pending_upgrade(const std::string& path);
+
   [[nodiscard]] Result<void> commit(const Batch& batch) override;
   [[nodiscard]] Result<std::vector<StreamRecord>> streams() override;
   [[nodiscard]] Result<std::vector<SessionRecord>> sessions() override;
