@@ -26,6 +26,7 @@ int main(int argc, char** argv) {
   cli::add_export_command(app, chosen);
   cli::add_import_command(app, chosen);
   cli::add_recover_command(app, chosen);
+  cli::add_backup_commands(app, chosen);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   if (!chosen) {
     std::fprintf(stderr, "tonus: command is missing; tonus --help lists them\n");
