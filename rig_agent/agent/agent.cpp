@@ -89,7 +89,7 @@ void Agent::start(const v1::RigDescription& description) {
   if (auto sent = endpoints_.description.write(description); !sent) {
     spdlog::error("the rig's description is not published: {}", sent.error().message);
   }
-  for (const auto& [epoch, through] : log_.received_through()) spool_.received(epoch, through);
+  for (const auto& [epoch, through] : log_.received_through()) (void)spool_.received(epoch, 0, through);
   for (const auto& [id, outcome] : log_.outcomes()) publish_outcome(outcome);
   if (!log_.broken()) return;
 
@@ -226,10 +226,21 @@ void Agent::take_receipts() {
   for (const auto& received : runtime::drain(endpoints_.receipts)) {
     const auto& receipt = received.value;
     if (receipt.rig_id() != options_.names.id || receipt.kind() != v1::RECEIPT_STREAM) continue;
-    spool_.received(receipt.epoch(), receipt.through_sequence());
-    if (receipt.epoch() == options_.epoch)
-      received_through_ = std::max(received_through_, receipt.through_sequence());
-    note_logged(log_.received(receipt.epoch(), receipt.through_sequence()));
+    // It speaks of `expected_samples` samples, those before `through_sequence`.
+    const std::uint64_t through = receipt.through_sequence();
+    const std::uint64_t first = through - std::min(through, receipt.expected_samples());
+    const bool says_nothing = receipt.epoch() == options_.epoch && through == 0;
+    if (!says_nothing && !spool_.received(receipt.epoch(), first, through)) {
+      // Of earlier runs the archive may repeat receipts for what is forgotten here.
+      if (receipt.epoch() == options_.epoch && receipts_refused_++ == 0)
+        spdlog::warn(
+            "a receipt for samples from {} to below {} is refused: not all of them are spooled, or "
+            "earlier ones have none; further ones are refused without a line",
+            first, through);
+      continue;
+    }
+    if (receipt.epoch() == options_.epoch) received_through_ = std::max(received_through_, through);
+    note_logged(log_.received(receipt.epoch(), through));
   }
 }
 

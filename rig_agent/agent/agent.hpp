@@ -183,6 +183,7 @@ class Agent {
   std::uint64_t last_number_ = 0;
   std::uint64_t last_request_ = 0;
   std::uint64_t received_through_ = 0;
+  std::uint64_t receipts_refused_ = 0;
   std::string log_error_;  // empty: the log holds everything that it was given
   Clock::TimePoint log_repair_due_;
   std::optional<v1::RigState> published_state_;

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <charconv>
 #include <cstring>
+#include <limits>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
@@ -84,10 +85,22 @@ Result<void> Spool::append(std::uint64_t epoch, std::uint64_t first_sequence, st
   return {};
 }
 
-void Spool::received(std::uint64_t epoch, std::uint64_t through) {
-  auto& known = received_through_[epoch];
-  known = std::max(known, through);
+bool Spool::received(std::uint64_t epoch, std::uint64_t first, std::uint64_t through) {
+  constexpr std::uint64_t kNothing = std::numeric_limits<std::uint64_t>::max();
+  const std::uint64_t last = last_sequence(epoch, kNothing);
+  if (last == kNothing || through > last + 1) return false;
+  const auto found = received_through_.find(epoch);
+  const std::uint64_t known = found == received_through_.end() ? first_sequence(epoch) : found->second;
+  if (first > known) return false;
+  received_through_[epoch] = std::max(known, through);
   forget_received();
+  return true;
+}
+
+std::uint64_t Spool::first_sequence(std::uint64_t epoch) const {
+  for (const Segment& segment : segments_)
+    if (segment.epoch == epoch && !segment.blocks.empty()) return segment.blocks.front().first_sequence;
+  return 0;
 }
 
 Result<void> Spool::read(std::uint64_t epoch, std::uint64_t first, std::uint64_t last,

@@ -47,8 +47,10 @@ class Spool {
   [[nodiscard]] Result<void> append(std::uint64_t epoch, std::uint64_t first_sequence, std::uint32_t count,
                                     std::span<const std::byte> payload);
 
-  /// Every sample of the epoch below `through` is safe elsewhere.
-  void received(std::uint64_t epoch, std::uint64_t through);
+  /// Every sample of the epoch from `first` up to but not including `through` is safe elsewhere. False, and
+  /// nothing follows from it, where that cannot be true or does not help: of samples that were never kept
+  /// here, or of a later part while samples before `first` have no receipt.
+  bool received(std::uint64_t epoch, std::uint64_t first, std::uint64_t through);
 
   /// Visits the blocks that hold any of first .. last, in order. kDataLoss if one of them is damaged: it is
   /// left out and the others are visited all the same.
@@ -79,6 +81,7 @@ class Spool {
 
   explicit Spool(SpoolOptions options);
   [[nodiscard]] Result<void> begin_segment(std::uint64_t epoch, std::uint64_t first_sequence);
+  [[nodiscard]] std::uint64_t first_sequence(std::uint64_t epoch) const;
   [[nodiscard]] bool is_received(const Segment& segment) const;
   void forget_received();
 

@@ -16,7 +16,22 @@ constexpr std::size_t kMostTallies = 1024;
 /// Between two receipts of one rig's streams, which replace each other on the bus.
 constexpr Clock::Duration kReceiptSpacing = std::chrono::milliseconds(20);
 
-constexpr std::uint64_t kDayNs = 86'400'000'000'000;
+/// What a plan's start may be ahead of this machine's clock: what clocks of a laboratory differ by.
+constexpr std::uint64_t kClockDifferenceNs = 60'000'000'000;
+
+/// No session began before; ISO 8601.
+constexpr std::string_view kEarliestStart = "2020-01-01T00:00:00";
+
+/// "2026-03-01T10:00:00" with or without what follows, and not before kEarliestStart.
+bool is_plausible_start(std::string_view start) {
+  constexpr std::string_view kForm = "dddd-dd-ddTdd:dd:dd";
+  if (start.size() < kForm.size()) return false;
+  for (std::size_t i = 0; i < kForm.size(); ++i) {
+    const bool is_digit = start[i] >= '0' && start[i] <= '9';
+    if (kForm[i] == 'd' ? !is_digit : start[i] != kForm[i]) return false;
+  }
+  return start >= kEarliestStart;
+}
 
 }  // namespace
 
@@ -31,8 +46,9 @@ Result<void> Ingest::recover() {
   for (store::StreamRecord& record : streams) {
     Stream& stream = stream_of(record.key);
     stream.origin = record.origin;
-    stream.frontier = std::max(record.origin, record.coverage.end());
+    stream.seen_end = std::max(record.origin, record.coverage.end());
     stream.received = record.coverage;
+    stream.known = record.coverage;
     stream.durable = std::move(record.coverage);
     stream.resent = record.resent;
     stream.duplicated = record.duplicated;
@@ -45,8 +61,7 @@ Result<void> Ingest::recover() {
   TONUS_TRY_ASSIGN(const auto uncertified, store_.uncertified_trials());
   for (const store::TrialRecord& trial : uncertified) {
     pending_[trial.trial] = {trial, true, false, 0, clock_.now()};
-    Stream& stream = stream_of(trial.stream);
-    stream.frontier = std::max(stream.frontier, trial.range().end);
+    (void)stream_of(trial.stream);
   }
   TONUS_TRY_ASSIGN(const auto trials, store_.trials(session_.session));
   for (const store::TrialRecord& trial : trials) {
@@ -57,6 +72,9 @@ Result<void> Ingest::recover() {
     certificates_.restore(certificate);
     if (certificate.session == session_.session) owed_sessions_.push_back(certificate);
   }
+  const bool has_ended = std::any_of(certificates.begin(), certificates.end(),
+                                     [this](const auto& c) { return c.session == session_.session; });
+  if (session_.session != kNoId && !has_ended) going_on_[session_.session] = clock_.now();
   TONUS_TRY_ASSIGN(const auto newest, store_.newest_messages());
   for (const store::MessageDigest& digest : newest)
     newest_[{digest.topic, digest.key}] = {digest.checksum, digest.bytes};
@@ -94,15 +112,18 @@ void Ingest::hold(std::size_t bytes) {
 void Ingest::take(store::Block block) {
   hear_of(block.stream);
   Stream& stream = stream_of(block.stream);
-  stream.frontier = std::max(stream.frontier, block.range().end);
+  stream.seen_end = std::max(stream.seen_end, block.range().end);
   if (waiting_bytes_ + block.payload->size() > options_.backlog_bytes) {
     ++refused_blocks_;
     return;
   }
-  const std::uint64_t fresh = stream.received.add(block.range());
+  const bool is_let_go_later =
+      block.trial == kNoId && is_idle(clock_.now()) && clock_.now() >= stream.keep_until;
+  const std::uint64_t fresh =
+      is_let_go_later ? stream.known.add(block.range()) : stream.received.add(block.range());
   stream.resent += block.is_resent ? fresh : 0;
   stream.duplicated += block.count - fresh;
-  stream.is_changed = true;
+  stream.is_changed |= !is_let_go_later;
   count_for_trial(block, fresh);
   if (fresh == 0) {
     // A rig that sends again what is here has not got its receipt.
@@ -112,6 +133,15 @@ void Ingest::take(store::Block block) {
   }
   samples_ += block.count;
   sample_bytes_ += block.payload->size();
+  if (!is_let_go_later) return keep(stream, std::move(block));
+  stream.ring_bytes += block.payload->size();
+  stream.ring.push_back({clock_.now(), std::move(block)});
+}
+
+void Ingest::keep(Stream& stream, store::Block block) {
+  stream.received.add(block.range());
+  stream.known.add(block.range());
+  stream.is_changed = true;
   hold(block.payload->size());
   batch_.blocks.push_back(std::move(block));
 }
@@ -130,11 +160,22 @@ void Ingest::count_for_trial(const store::Block& block, std::uint64_t fresh) {
 
 void Ingest::take(store::Message message, bool is_state) {
   const std::pair<std::uint32_t, std::uint64_t> digest{message.checksum, message.payload->size()};
+  if (const auto session = going_on_.find(message.session); session != going_on_.end())
+    session->second = clock_.now();
   if (is_state) {
     auto& newest = newest_[{message.topic, message.key}];
-    if (newest == digest) return;
+    if (newest == digest) {
+      const auto idle = idle_states_.find({message.topic, message.key});
+      if (idle != idle_states_.end()) idle->second.message.reset();
+      return;
+    }
+    if (hold_back(message)) return;
     newest = digest;
   }
+  put(std::move(message));
+}
+
+void Ingest::put(store::Message message) {
   // Blocks can be requested again and messages cannot: these may wait in twice the room.
   if (waiting_bytes_ + message.payload->size() > 2 * options_.backlog_bytes) {
     ++lost_messages_;
@@ -147,12 +188,15 @@ void Ingest::take(store::Message message, bool is_state) {
 
 void Ingest::learn_of(const store::SessionRecord& session) {
   sessions_.insert(session.session);
-  const std::string tomorrow = iso8601(clock_.utc_ns() + kDayNs);
-  if (session.started_at >= session_.started_at && session.started_at <= tomorrow) session_ = session;
+  if (!is_plausible_start(session.started_at)) return;
+  if (session.started_at > iso8601(clock_.utc_ns() + kClockDifferenceNs)) return;
+  if (session.started_at >= session_.started_at) session_ = session;
 }
 
 void Ingest::note_plan(const store::SessionRecord& plan) {
+  put_held_back(Clock::TimePoint::max());
   learn_of(plan);
+  if (!certificates_.knows_end(plan.session)) going_on_[plan.session] = clock_.now();
   hold(0);
   std::erase_if(batch_.sessions,
                 [&plan](const store::SessionRecord& waiting) { return waiting.session == plan.session; });
@@ -162,8 +206,9 @@ void Ingest::note_plan(const store::SessionRecord& plan) {
 void Ingest::note_rig(const RigReport& report) {
   hear_of(report.stream);
   Stream& stream = stream_of(report.stream);
-  stream.frontier = std::max(stream.frontier, report.next_sequence);
+  stream.reported_next = report.next_sequence;
   follow_claim(stream, report);
+  note_fault(stream, report.is_faulted);
   const std::uint64_t durable = stream.durable.first_missing(stream.origin);
   const bool misses_receipt = report.received_through < durable;
   if (misses_receipt && clock_.now() >= stream.receipt_given + options_.receipt_interval)
@@ -172,7 +217,7 @@ void Ingest::note_rig(const RigReport& report) {
 
 void Ingest::follow_claim(Stream& stream, const RigReport& report) {
   // The rig may have freed what a receipt covers. Where it was not ours, another archive has those samples.
-  if (report.received_through > stream.received.first_missing(stream.origin)) {
+  if (report.received_through > stream.known.first_missing(stream.origin)) {
     stream.origin = report.received_through;
     stream.origin_claimed = clock_.now();
     stream.is_changed = true;
@@ -196,12 +241,35 @@ void Ingest::note_outcome(const store::TrialRecord& outcome) {
     return;
   }
   pending_[outcome.trial] = {outcome, false, false, 0, clock_.now()};
-  if (!outcome.has_samples) return;
-  Stream& stream = stream_of(outcome.stream);
-  stream.frontier = std::max(stream.frontier, outcome.range().end);
+  if (outcome.has_samples) (void)stream_of(outcome.stream);
+}
+
+std::uint64_t Ingest::frontier_of(const store::StreamKey& key, const Stream& stream) const {
+  std::uint64_t frontier = std::max({stream.origin, stream.seen_end, stream.reported_next});
+  for (const auto& [id, pending] : pending_) {
+    if (pending.record.stream == key && !pending.is_given_up)
+      frontier = std::max(frontier, pending.record.range().end);
+  }
+  return frontier;
+}
+
+std::vector<store::SequenceRange> Ingest::missing_of(const store::StreamKey& key,
+                                                     const Stream& stream) const {
+  store::Coverage wanted;
+  wanted.add({stream.origin, frontier_of(key, stream)});
+  for (const auto& [id, pending] : pending_)
+    if (pending.record.stream == key && !pending.is_given_up) wanted.add(pending.record.range());
+  std::vector<store::SequenceRange> missing;
+  for (const store::SequenceRange& range : wanted.ranges()) {
+    const auto gaps = stream.known.missing(range, kGapsAtOnce - missing.size());
+    missing.insert(missing.end(), gaps.begin(), gaps.end());
+    if (missing.size() >= kGapsAtOnce) break;
+  }
+  return missing;
 }
 
 void Ingest::note_session_end(const Id& session, std::uint32_t end) {
+  going_on_.erase(session);
   if (certificates_.note_end(session, end)) hold(0);
 }
 
@@ -220,10 +288,15 @@ Clock::TimePoint Ingest::commit_due() const {
   const bool has_unstored =
       std::any_of(pending_.begin(), pending_.end(), [](const auto& t) { return !t.second.is_stored; });
   const bool is_waiting = !batch_.is_empty() || has_unstored;
+  const bool has_let_go =
+      std::any_of(streams_.begin(), streams_.end(), [](const auto& s) { return s.second.has_let_go; });
+  const Clock::TimePoint idle_due = has_let_go
+                                        ? std::max(idle_committed_ + options_.idle.commit_interval, retry_at_)
+                                        : Clock::TimePoint::max();
   if (has_whole_trial() || certificates_.is_due() || waiting_bytes_ >= options_.commit_bytes)
     return retry_at_;
-  if (!is_waiting) return Clock::TimePoint::max();
-  return std::max(waiting_since_ + options_.commit_interval, retry_at_);
+  if (!is_waiting) return idle_due;
+  return std::min(idle_due, std::max(waiting_since_ + options_.commit_interval, retry_at_));
 }
 
 Decisions Ingest::step() {
@@ -231,6 +304,7 @@ Decisions Ingest::step() {
   Decisions decisions;
   decisions.trial_receipts = std::exchange(owed_, {});
   decisions.session_receipts = std::exchange(owed_sessions_, {});
+  let_go(now, decisions);
   if (commit_due() <= now) commit(now, decisions);
   give_up_trials(now, decisions);
   give_stream_receipts(now, decisions);
@@ -274,11 +348,12 @@ void Ingest::give_stream_receipts(Clock::TimePoint now, Decisions& decisions) {
     }
     stream.owes_receipt = false;
     stream.receipt_given = now;
-    const store::SequenceRange known{stream.origin, std::max(stream.origin, stream.frontier)};
+    const store::SequenceRange known{stream.origin, frontier_of(key, stream)};
     const std::uint64_t received = stream.durable.count_in(known);
     decisions.stream_receipts.push_back(
         {key,
          session_.session,
+         stream.origin,
          stream.durable.first_missing(stream.origin),
          {known.count(), received, stream.resent, stream.duplicated, known.count() - received}});
   }
@@ -289,8 +364,7 @@ void Ingest::ask_for_missing(Clock::TimePoint now, Decisions& decisions) {
   if (!failure_.empty()) return;
   for (auto& [key, stream] : streams_) {
     if (!heard_rigs_.contains(key.rig)) continue;
-    const auto missing = stream.received.missing({stream.origin, stream.frontier}, kGapsAtOnce);
-    for (const store::SequenceRange& range : stream.gaps.ask(missing, now))
+    for (const store::SequenceRange& range : stream.gaps.ask(missing_of(key, stream), now))
       decisions.resends.push_back({key, range});
     decisions.due = std::min(decisions.due, stream.gaps.due());
   }
@@ -310,9 +384,8 @@ IngestStatus Ingest::status() const {
   status.samples = samples_;
   status.sample_bytes = sample_bytes_;
   for (const auto& [key, stream] : streams_) {
-    if (stream.frontier <= stream.origin) continue;
-    const store::SequenceRange known{stream.origin, stream.frontier};
-    status.missing_samples += known.count() - stream.received.count_in(known);
+    const store::SequenceRange known{stream.origin, frontier_of(key, stream)};
+    status.missing_samples += known.count() - stream.known.count_in(known);
   }
   return status;
 }

@@ -3,6 +3,7 @@
 #include <cstdint>
 #include <deque>
 #include <map>
+#include <optional>
 #include <set>
 #include <string>
 #include <vector>
@@ -19,12 +20,14 @@ struct RigReport {
   store::StreamKey stream;
   std::uint64_t next_sequence = 0;     ///< Number that its next sample will get.
   std::uint64_t received_through = 0;  ///< It knows receipts for every sample below this number.
+  bool is_faulted = false;             ///< A fault, or held.
 };
 
-/// "Every sample of the stream below `through` is durable."
+/// "Every sample of the stream from `first` to below `through` is durable."
 struct StreamReceipt {
   store::StreamKey stream;
   Id session{};
+  std::uint64_t first = 0;  ///< The first sample that it speaks of: the stream's origin.
   std::uint64_t through = 0;
   store::Certificate counts;  ///< Of the whole stream so far.
 };
@@ -78,17 +81,29 @@ struct IngestStatus {
 /// stream's origin on, and there is none while nothing is stored there. The origin follows a rig's word that
 /// it has receipts of another archive (its samples may be gone); such a word is withdrawn by any later one of
 /// the same rig that knows of fewer receipts, and no receipt is given until it has stood for `claim_stands`.
-/// A message belongs to the session that it names, where that one has a plan, else to the newest plan's; a
-/// plan that starts later than tomorrow is kept and becomes nobody's newest.
+/// A message belongs to the session that it names, where that one has a plan, else to the newest plan's. A
+/// plan whose start cannot be (no time, before 2020, more than a minute ahead of this clock) is kept and
+/// becomes nobody's newest. How far a stream reaches by the word of others (the rig's state, outcomes) is
+/// what the newest such word says: a false one is forgotten with the next true one, or when its trial is
+/// given up.
 ///
 /// Completeness. A stream is expected to be whole from its origin (0, or where another archive's receipts
-/// end) to the largest number that anybody spoke of: a block, an outcome, or the rig's state. What is missing
-/// in it is requested as GapWatch says, once the rig has been heard from. A trial that stays incomplete for
-/// `give_up` while its rig is present and sends nothing of it gets a receipt that says how many samples are
-/// missing; should they come all the same, it gets a complete one.
+/// end) to the largest number that a block, a pending outcome or the rig's newest state speaks of; so is
+/// every pending trial, wherever the origin is. What is missing is requested as GapWatch says, once the rig
+/// has been heard from. A trial that stays incomplete for `give_up` while its rig is present and sends
+/// nothing of it gets a receipt that says how many samples are missing; should they come all the same, it
+/// gets a complete one.
 ///
 /// A session that has ended gets its certificate, the sums over its trials, with the commit that takes its
 /// end, and a new one with each later commit that changes one of its trials.
+///
+/// Idle. With `idle.ring`, samples outside of trials that come while no session goes on wait in memory for so
+/// long and are then let go: they count as taken care of, so that the rig frees them, and are not stored.
+/// What precedes and follows a fault is stored, and so are all samples while a session goes on: from its plan
+/// to its end, or until nothing has been heard of it for `session_silence`. What belongs to a trial is always
+/// stored. States that name no session are stored once in `idle.state_interval` at most, the newest of them
+/// also at the begin of a session and at a fault. How far samples were let go is stored as the origin; after
+/// a crash the rig is asked once more for what is not known to have been let go.
 ///
 /// For one thread. Time is the injected clock's; no call waits except for the store.
 class Ingest {
@@ -104,6 +119,16 @@ class Ingest {
     Clock::Duration rig_silence = std::chrono::seconds(2);   ///< After which a rig counts as gone.
     Clock::Duration claim_stands = std::chrono::seconds(3);  ///< See "Trust" above.
     GapWatch::Options gaps;
+    struct Idle {
+      Clock::Duration ring{};  ///< 0: every sample is stored.
+      std::size_t ring_bytes = std::size_t{32} << 20U;
+      Clock::Duration before_fault = std::chrono::seconds(10);
+      Clock::Duration after_fault = std::chrono::seconds(5);
+      Clock::Duration commit_interval = std::chrono::seconds(10);
+      Clock::Duration state_interval = std::chrono::seconds(60);
+      Clock::Duration session_silence = std::chrono::hours(1);
+    };
+    Idle idle;
   };
 
   Ingest(store::Store& store, const Clock& clock, const Options& options);
@@ -135,11 +160,26 @@ class Ingest {
   [[nodiscard]] IngestStatus status() const;
 
  private:
+  struct Held {
+    Clock::TimePoint taken;
+    store::Block block;
+  };
   struct Stream {
     std::uint64_t origin = 0;
-    std::uint64_t frontier = 0;  ///< One more than the largest number that is known to exist.
-    store::Coverage received;    ///< Durable or waiting.
-    store::Coverage durable;
+    std::uint64_t seen_end = 0;       ///< One more than the largest number of a block.
+    std::uint64_t reported_next = 0;  ///< By the rig's newest state.
+    store::Coverage received;         ///< Durable or waiting.
+    store::Coverage let_go;           ///< Not stored, and not to be: idle.
+    store::Coverage known;            ///< Both, and what is in the ring.
+    store::Coverage durable;          ///< Received or let go, as of the last commit.
+    std::deque<Held> ring;            ///< Idle samples, oldest first.
+    std::size_t ring_bytes = 0;
+    bool has_let_go = false;  ///< Since the last commit.
+    bool is_faulted = false;
+    Clock::TimePoint keep_until;  ///< After a fault.
+
+    /// Received or let go.
+    [[nodiscard]] store::Coverage taken_care_of() const;
     std::uint64_t resent = 0;
     std::uint64_t duplicated = 0;
     bool is_changed = false;  ///< Differs from what the store has.
@@ -161,10 +201,20 @@ class Ingest {
   };
 
   Stream& stream_of(const store::StreamKey& key);
+  [[nodiscard]] std::uint64_t frontier_of(const store::StreamKey& key, const Stream& stream) const;
+  [[nodiscard]] std::vector<store::SequenceRange> missing_of(const store::StreamKey& key,
+                                                             const Stream& stream) const;
   void hear_of(const store::StreamKey& key);
   void count_for_trial(const store::Block& block, std::uint64_t fresh);
   void hold(std::size_t bytes);
   void learn_of(const store::SessionRecord& session);
+  [[nodiscard]] bool is_idle(Clock::TimePoint now) const;
+  void keep(Stream& stream, store::Block block);
+  void note_fault(Stream& stream, bool is_faulted);
+  void let_go(Clock::TimePoint now, Decisions& decisions);
+  void put(store::Message message);
+  [[nodiscard]] bool hold_back(store::Message& message);
+  void put_held_back(Clock::TimePoint stored_before);
   void follow_claim(Stream& stream, const RigReport& report);
   [[nodiscard]] Clock::TimePoint receipt_due(const Stream& stream, Clock::TimePoint now) const;
   [[nodiscard]] bool is_whole(const store::TrialRecord& trial) const;
@@ -193,8 +243,17 @@ class Ingest {
   SessionCertificates certificates_;
   std::vector<TrialReceipt> owed_;  ///< Receipts to repeat.
   std::vector<store::SessionCertificate> owed_sessions_;
-  store::SessionRecord session_;  ///< The newest plan's.
-  std::set<Id> sessions_;         ///< That have a plan.
+  store::SessionRecord session_;             ///< The newest plan's.
+  std::set<Id> sessions_;                    ///< That have a plan.
+  std::map<Id, Clock::TimePoint> going_on_;  ///< Sessions without an end, and when last heard of.
+
+  using TopicKey = std::pair<std::string, Id>;
+  struct HeldBack {
+    Clock::TimePoint stored;  ///< The one before it.
+    std::optional<store::Message> message;
+  };
+  std::map<TopicKey, HeldBack> idle_states_;
+  Clock::TimePoint idle_committed_;
 
   store::Batch batch_;
   std::size_t waiting_bytes_ = 0;

@@ -35,8 +35,10 @@ Result<void> Ingest::fill_batch() {
   batch_.trials.clear();
   batch_.certificates.clear();
   for (const auto& [key, stream] : streams_) {
-    if (stream.is_changed)
-      batch_.streams.push_back({key, stream.origin, stream.received, stream.resent, stream.duplicated});
+    if (!stream.is_changed && !stream.has_let_go) continue;
+    const std::uint64_t origin =
+        stream.let_go.ranges().empty() ? stream.origin : stream.taken_care_of().first_missing(stream.origin);
+    batch_.streams.push_back({key, origin, stream.received, stream.resent, stream.duplicated});
   }
   for (const auto& [id, tally] : tallies_) {
     if (tally.is_changed) batch_.tallies.push_back(tally.counts);
@@ -61,10 +63,12 @@ void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
   }
   failure_.clear();
   retry_at_ = now;
+  idle_committed_ = now;
   for (auto& [key, stream] : streams_) {
-    if (!std::exchange(stream.is_changed, false)) continue;
+    const bool has_let_go = std::exchange(stream.has_let_go, false);
+    if (!std::exchange(stream.is_changed, false) && !has_let_go) continue;
     const std::uint64_t before = stream.durable.first_missing(stream.origin);
-    stream.durable = stream.received;
+    stream.durable = stream.taken_care_of();
     stream.owes_receipt |= stream.durable.first_missing(stream.origin) > before;
   }
   for (auto& [id, tally] : tallies_) tally.is_changed = false;
@@ -86,6 +90,7 @@ void Ingest::commit(Clock::TimePoint now, Decisions& decisions) {
 
 Result<void> Ingest::finish() {
   Decisions unsent;
+  put_held_back(Clock::TimePoint::max());
   if (commit_due() != Clock::TimePoint::max()) commit(clock_.now(), unsent);
   if (failure_.empty()) return {};
   return fail(ErrorCode::kIo, failure_);

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <memory>
+#include <spdlog/fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <string>
 
@@ -25,6 +26,8 @@ struct Options {
   std::string store;
   std::uint64_t limit_MB = 0;
   std::uint64_t reserve_MB = 1000;
+  std::uint32_t idle_ring_s = 60;
+  bool upgrades_schema = false;
 
   [[nodiscard]] archive::DiskBudget::Options disk() const {
     archive::DiskBudget::Options disk;
@@ -52,6 +55,21 @@ Result<std::unique_ptr<store::Store>> open_store(const std::string& name, runtim
   }
 }
 
+/// An older archive's tables are changed only by a person who has seen what is done.
+Result<void> check_upgrade(const std::string& name, bool is_allowed) {
+  const auto steps = store::pending_upgrade(name);
+  if (!steps || steps->empty()) return {};  // what else is wrong shows when it is opened
+  const std::string what = fmt::format("store '{}': its tables are older; they would be brought to {}", name,
+                                       fmt::join(*steps, ", then to "));
+  if (!is_allowed) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        what + ". Keep a copy of the file, which older programs read, and start with --upgrade-schema");
+  }
+  spdlog::warn("{}, as --upgrade-schema allows", what);
+  return {};
+}
+
 /// What is still on its way when the archive is told to end: until nothing has come for a while.
 void take_the_rest(archive::ArchiveService& service, bus::Notifier& notifier, const Clock& clock) {
   constexpr std::chrono::milliseconds kQuiet{100};
@@ -76,13 +94,16 @@ Result<void> run(const Options& options) {
     TONUS_TRY_ASSIGN(const auto folder, runtime::data_folder(options.common));
     store_name = store::default_store(folder).string();
   }
+  TONUS_TRY(check_upgrade(store_name, options.upgrades_schema));
   TONUS_TRY_ASSIGN(const auto bus, runtime::open_bus(options.common, kProgram));
   TONUS_TRY_ASSIGN(auto health,
                    runtime::HealthReporter::create(*bus, clock, v1::ROLE_ARCHIVE, options.common, notifier));
   TONUS_TRY(runtime::listen_for_others(health, options.common, clock, *notifier, stop));
   const auto store = open_store(store_name, health, *notifier, stop, clock);
   if (!store) return store.error();
-  archive::Ingest ingest(**store, clock);
+  archive::Ingest::Options ingest_options;
+  ingest_options.idle.ring = std::chrono::seconds(options.idle_ring_s);
+  archive::Ingest ingest(**store, clock, ingest_options);
   TONUS_TRY(ingest.recover());
   archive::DiskWatch disk(**store, clock, options.disk());
   TONUS_TRY_ASSIGN(const auto service, archive::ArchiveService::create(*bus, ingest, clock, notifier, &disk));
@@ -125,6 +146,13 @@ int main(int argc, char** argv) {
       ->capture_default_str();
   app.add_option("--reserve-MB", options.reserve_MB,
                  "what stays free on the store's disk; sessions wait or pause before")
+      ->capture_default_str();
+  app.add_flag("--upgrade-schema", options.upgrades_schema,
+               "change the tables of an archive that an older version wrote; without it they are only named");
+  app.add_option("--idle-ring-s", options.idle_ring_s,
+                 "outside of sessions, how long samples wait in memory for a fault before they are let go, s "
+                 "(0: every sample is stored)")
+      ->check(CLI::Range(0, 3600))
       ->capture_default_str();
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(kProgram, options.common);

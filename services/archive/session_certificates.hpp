@@ -16,6 +16,8 @@ class SessionCertificates {
   /// One that the store has already.
   void restore(const store::SessionCertificate& certificate);
 
+  [[nodiscard]] bool knows_end(const Id& session) const { return ended_.contains(session); }
+
   /// False: this end is known and certified.
   bool note_end(const Id& session, std::uint32_t end);
 

@@ -86,7 +86,8 @@ Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample
 }
 
 RigReport to_report(const v1::RigState& wire) {
-  return {{wire.rig_id(), wire.epoch()}, wire.next_sequence(), wire.received_through()};
+  const bool is_faulted = wire.fault_bits() != 0 || wire.mode() == v1::RIG_HELD;
+  return {{wire.rig_id(), wire.epoch()}, wire.next_sequence(), wire.received_through(), is_faulted};
 }
 
 v1::ArchiveReceipt to_wire(const StreamReceipt& receipt) {
@@ -98,6 +99,9 @@ v1::ArchiveReceipt to_wire(const StreamReceipt& receipt) {
   wire.epoch(receipt.stream.epoch);
   wire.through_sequence(receipt.through);
   put_counts(receipt.counts, wire);
+  // What it speaks of: a rig that has no receipt for what comes before takes none for this.
+  wire.expected_samples(receipt.through - receipt.first);
+  wire.received_samples(receipt.through - receipt.first);
   return wire;
 }
 

@@ -94,7 +94,9 @@ Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest requ
   auto end = OperatorConnection::join(common);
   if (!end) return end.error();
   SessionClient& client = (*end)->client();
-  if (!client.wait_for([&] { return client.newest_state().has_value(); }, kLook)) {
+  // What has ended is heard of, too, and maybe first.
+  const auto goes_on = [&] { return client.newest_state() && !v1::is_over(client.newest_state()->phase()); };
+  if (!client.wait_for(goes_on, kLook) && !client.newest_state()) {
     return fail(ErrorCode::kNotFound, fmt::format("there is no session in domain {}", common.domain));
   }
   v1::SessionCommand command;

@@ -30,6 +30,7 @@ int main(int argc, char** argv) {
   cli::add_export_command(app, chosen);
   cli::add_import_command(app, chosen);
   cli::add_recover_command(app, chosen);
+  cli::add_backup_commands(app, chosen);
   cli::add_config_command(app, chosen);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   if (!chosen) {

@@ -35,6 +35,11 @@ Result<std::unique_ptr<Store>> open(const std::string& name, SqliteStore::Access
 
 std::filesystem::path default_store(const std::filesystem::path& data) { return data / "archive.sqlite"; }
 
+Result<std::vector<std::string>> pending_upgrade(const std::string& name) {
+  if (name == kMemory || name.find("://") != std::string::npos) return std::vector<std::string>();
+  return SqliteStore::pending_upgrade(name);
+}
+
 Result<std::unique_ptr<Store>> open_store_for_writing(const std::string& name) {
   return open(name, SqliteStore::Access::kWrite);
 }

@@ -159,6 +159,16 @@ Result<std::unique_ptr<SqliteStore>> SqliteStore::open(const std::string& path, 
   return access == Access::kWrite ? open_for_writing(path) : open_for_reading(path);
 }
 
+Result<std::vector<std::string>> SqliteStore::pending_upgrade(const std::string& path) {
+  if (!identify(path)) return std::vector<std::string>();
+  TONUS_TRY(check_path(path, true));
+  const bool is_resting = !StoreLock::is_taken(path) && !has_log_content(path);
+  TONUS_TRY_ASSIGN(auto database,
+                   Database::open(path, is_resting ? Database::Mode::kResting : Database::Mode::kReadOnly));
+  TONUS_TRY_ASSIGN(const int version, schema_version(database));
+  return version == 0 ? std::vector<std::string>() : steps_after(version);
+}
+
 Result<std::unique_ptr<SqliteStore>> SqliteStore::open_for_writing(const std::string& path) {
   std::error_code ignored;
   const bool is_new = !identify(path).has_value();

@@ -165,6 +165,15 @@ Result<int> schema_version(Database& database) {
   return static_cast<int>(*version);
 }
 
+std::vector<std::string> steps_after(int version) {
+  std::vector<std::string> steps;
+  for (const Migration& migration : kMigrations) {
+    if (migration.version > version)
+      steps.push_back(fmt::format("{}: {}", migration.version, migration.name));
+  }
+  return steps;
+}
+
 Result<void> migrate(Database& database, std::uint64_t utc_ns) {
   TONUS_TRY_ASSIGN(const int version, schema_version(database));
   for (const Migration& migration : kMigrations) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <filesystem>
+#include <functional>
 #include <map>
 #include <memory>
 #include <optional>
@@ -31,6 +32,17 @@ class SqliteStore final : public Store {
   [[nodiscard]] static Result<std::unique_ptr<SqliteStore>> open(const std::string& path, Access access);
   ~SqliteStore() override;
 
+  /// What opening the file for writing would change in its tables, a step each ("2: certificates of
+  /// sessions"); empty: nothing, or there is no such file. Changes nothing. Errors as open().
+  [[nodiscard]] static Result<std::vector<std::string>> pending_upgrade(const std::string& path);
+
+  /// Copies the whole archive, as it is at this moment, to a new file that is there whole or not at all, is
+  /// synced, and rests: one file that is read without the right to write. Its archive may write meanwhile and
+  /// waits for nothing. `progress` is told pages done and in all. kAlreadyExists: `target` exists. kDataLoss:
+  /// the copy does not hang together, so the archive itself is damaged. kIo: the disk.
+  [[nodiscard]] Result<void> copy_to(const std::string& target,
+                                     const std::function<void(std::uint64_t, std::uint64_t)>& progress);
+
   [[nodiscard]] Result<void> commit(const Batch& batch) override;
   [[nodiscard]] Result<std::vector<StreamRecord>> streams() override;
   [[nodiscard]] Result<std::vector<SessionRecord>> sessions() override;
@@ -46,6 +58,8 @@ class SqliteStore final : public Store {
   [[nodiscard]] std::string name() const override { return database_.path(); }
 
  private:
+  [[nodiscard]] Result<void> copy_pages(Database& copy,
+                                        const std::function<void(std::uint64_t, std::uint64_t)>& progress);
   struct FileIdentity {
     std::uint64_t device = 0;
     std::uint64_t inode = 0;

@@ -1,8 +1,12 @@
 #include <csignal>
+#include <filesystem>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <iterator>
 
 #include "idl/topics.hpp"
 #include "services/core/clock.hpp"
+#include "services/store/sqlite_store.hpp"
 #include "tests/fault/archive/rig_end.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -67,6 +71,43 @@ TEST(UnopenableStore, EndsTheProgramWhereItsNameIsNotAllowed) {
   EXPECT_EQ(archive.output(),
             "tonus-archive: store 'mysql://ann:***@host/study': is not allowed; expected the path of a file, "
             "postgresql://... or :memory:\n");
+}
+
+std::string bytes_of(const std::filesystem::path& path) {
+  std::ifstream file(path, std::ios::binary);
+  return {std::istreambuf_iterator<char>(file), std::istreambuf_iterator<char>()};
+}
+
+TEST(OlderStore, IsChangedOnlyWhereAPersonHasAllowedIt) {
+  const tonus::testing::TemporaryFolder folder;
+  const auto file = folder / "study.sqlite";
+  ASSERT_TRUE(store::SqliteStore::open(file.string(), store::SqliteStore::Access::kWrite));
+  {
+    auto database = store::Database::open(file.string(), store::Database::Mode::kReadWrite);
+    ASSERT_TRUE(database && database->run("DROP TABLE session_certificates;"
+                                          "DELETE FROM schema_migrations WHERE version = 2"));
+  }
+  const std::string before = bytes_of(file);
+  const std::string domain = std::to_string(tonus::testing::own_domain());
+  tonus::testing::Process refused(tonus::testing::program("tonus-archive"),
+                                  {"--store", file.string(), "--domain", domain}, folder / "log");
+  EXPECT_EQ(refused.wait(20s), 1);
+  EXPECT_NE(refused.output().find("brought to 2: certificates of sessions"), std::string::npos)
+      << refused.output();
+  EXPECT_NE(refused.output().find("--upgrade-schema"), std::string::npos);
+  EXPECT_EQ(bytes_of(file), before);
+
+  tonus::testing::Process allowed(tonus::testing::program("tonus-archive"),
+                                  {"--store", file.string(), "--domain", domain, "--upgrade-schema"},
+                                  folder / "log 2");
+  const auto deadline = std::chrono::steady_clock::now() + 20s;
+  while (allowed.output().find("info") == std::string::npos && std::chrono::steady_clock::now() < deadline)
+    EXPECT_EQ(allowed.wait(20ms), tonus::testing::Process::kStillRunning) << allowed.output();
+  allowed.signal(SIGTERM);
+  EXPECT_EQ(allowed.wait(20s), 0) << allowed.output();
+  const auto steps = store::SqliteStore::pending_upgrade(file.string());
+  ASSERT_TRUE(steps);
+  EXPECT_TRUE(steps->empty());
 }
 
 }  // namespace

@@ -195,6 +195,32 @@ class FullDisk {
   rlimit before_{};
 };
 
+TEST_F(AgentTest, AForgedReceiptFreesNothingAndIsNotRemembered) {
+  ASSERT_TRUE(commands_->write(command(1)));
+  ASSERT_TRUE(run_to_outcome());
+  auto receipts = *bus::TypedWriter<v1::ArchiveReceipt>::create(*bus_, topics::kArchiveReceipt);
+  const std::uint64_t last = spool_->last_sequence(epoch_, 0);
+  ASSERT_GT(last, 100U);
+  const auto give = [&](std::uint64_t epoch, std::uint64_t first, std::uint64_t through) {
+    v1::ArchiveReceipt receipt;
+    receipt.rig_id(rig_->names().id);
+    receipt.kind(v1::RECEIPT_STREAM);
+    receipt.epoch(epoch);
+    receipt.through_sequence(through);
+    receipt.expected_samples(through - first);
+    ASSERT_TRUE(receipts.write(receipt));
+    agent_->step();
+  };
+  give(epoch_, 0, UINT64_MAX);
+  give(epoch_, 0, std::uint64_t{1} << 62U);
+  give(epoch_, last / 2, last);
+  give(epoch_ + 1, 0, 100);
+  EXPECT_TRUE(log_->received_through().empty());
+  give(epoch_, 0, last / 2);
+  ASSERT_EQ(log_->received_through().size(), 1U);
+  EXPECT_EQ(log_->received_through().at(epoch_), last / 2);
+}
+
 TEST_F(AgentTest, BeginsNoTrialWhileItsLogCannotBeWrittenAndGoesOnWhenItCan) {
   v1::ArchiveReceipt receipt;
   receipt.rig_id(rig_->names().id);

@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gtest/gtest.h>
+#include <limits>
 #include <string>
 
 #include "tests/support/temporary_folder.hpp"
@@ -62,15 +63,38 @@ TEST_F(SpoolTest, ForgetsOnlyWhatIsReceived) {
   auto spool = Spool::open(options());
   ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 60));
   const auto before = spool->bytes();
-  spool->received(1, 200);
+  EXPECT_TRUE(spool->received(1, 0, 200));
   EXPECT_LT(spool->bytes(), before);
   EXPECT_EQ(read(*spool, 1, 200, 599).size(), 40U);
+}
+
+TEST_F(SpoolTest, ForgetsNothingForAReceiptOfSamplesThatItNeverKept) {
+  auto spool = Spool::open(options());
+  ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 60));
+  const auto before = spool->bytes();
+  EXPECT_FALSE(spool->received(1, 0, 601)) << "one more than there are";
+  EXPECT_FALSE(spool->received(1, 0, std::numeric_limits<std::uint64_t>::max()));
+  EXPECT_FALSE(spool->received(2, 0, 10)) << "another epoch";
+  ASSERT_TRUE(append_blocks(*spool, 1, 60, 60));
+  EXPECT_GE(spool->bytes(), 2 * before);
+  EXPECT_EQ(read(*spool, 1, 0, 1199).size(), 120U) << "nor does it count for samples that come later";
+}
+
+TEST_F(SpoolTest, ForgetsNothingForAReceiptThatLeavesOutEarlierSamples) {
+  auto spool = Spool::open(options());
+  ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 60));
+  const auto before = spool->bytes();
+  EXPECT_FALSE(spool->received(1, 100, 600)) << "0 to 99 have no receipt";
+  EXPECT_EQ(spool->bytes(), before);
+  EXPECT_TRUE(spool->received(1, 0, 100));
+  EXPECT_TRUE(spool->received(1, 100, 600));
+  EXPECT_LT(spool->bytes(), before);
 }
 
 TEST_F(SpoolTest, KeepsReceivedSamplesWhileThereIsRoom) {
   auto spool = Spool::open(options(1 << 20));
   ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 60));
-  spool->received(1, 600);
+  EXPECT_TRUE(spool->received(1, 0, 600));
   EXPECT_EQ(read(*spool, 1, 0, 599).size(), 60U);
 }
 
@@ -80,7 +104,7 @@ TEST_F(SpoolTest, IsFullWhenNothingMayBeForgottenAndStillKeepsWhatComes) {
   EXPECT_TRUE(spool->is_full());
   ASSERT_TRUE(append_blocks(*spool, 1, 200, 1));
   EXPECT_EQ(read(*spool, 1, 0, 2009).size(), 201U);
-  spool->received(1, 2010);
+  EXPECT_TRUE(spool->received(1, 0, 2010));
   EXPECT_FALSE(spool->is_full());
 }
 
@@ -91,7 +115,7 @@ TEST_F(SpoolTest, FreesReceivedSamplesHoweverSmallItIs) {
     std::uint64_t blocks = 0;
     const std::string payload(400, 'x');
     for (; !spool->is_full(); ++blocks) ASSERT_TRUE(spool->append(1, 10 * blocks, 10, bytes(payload)));
-    spool->received(1, 10 * blocks);
+    EXPECT_TRUE(spool->received(1, 0, 10 * blocks));
     EXPECT_FALSE(spool->is_full()) << most;
     EXPECT_LE(spool->bytes(), most / 2 + 500) << most;
   }
@@ -122,7 +146,7 @@ TEST_F(SpoolTest, TellsWhatEarlierRunsLeftWithoutAReceipt) {
     ASSERT_TRUE(spool && append_blocks(*spool, 1, 0, 5) && append_blocks(*spool, 2, 0, 5));
   }
   auto spool = Spool::open(options());
-  spool->received(1, 50);
+  EXPECT_TRUE(spool->received(1, 0, 50));
   ASSERT_TRUE(append_blocks(*spool, 3, 0, 1));
   const auto left = spool->left_behind(3);
   ASSERT_EQ(left.size(), 1U);

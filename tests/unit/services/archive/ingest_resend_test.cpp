@@ -148,5 +148,51 @@ TEST_F(IngestResend, CountsMessagesItHasNoRoomFor) {
   EXPECT_EQ(ingest_->status().waiting_bytes, 200U);
 }
 
+TEST_F(IngestResend, AForgedStateIsForgottenWithTheNextTrueOne) {
+  take_samples(0, 100);
+  hear_rig(std::uint64_t{1} << 61U);
+  EXPECT_GT(ingest_->status().missing_samples, 1'000'000U);
+  hear_rig(100);
+  EXPECT_EQ(ingest_->status().missing_samples, 0U);
+  EXPECT_TRUE(pass(std::chrono::seconds(2), 100).resends.empty());
+}
+
+TEST_F(IngestResend, AForgedOutcomeIsAskedForUntilItIsGivenUpAndMakesNoReceiptForItsSamples) {
+  take_samples(0, 100);
+  ingest_->note_outcome(store::testing::trial_of(7, 0, std::uint64_t{1} << 60U));
+  const Decisions all = pass(std::chrono::seconds(12), 100);
+  EXPECT_LT(all.resends.size(), 20U);
+  ASSERT_EQ(all.trial_receipts.size(), 1U);
+  EXPECT_EQ(all.trial_receipts[0].certificate.received, 100U);
+  EXPECT_GT(all.trial_receipts[0].certificate.missing, 0U);
+  for (const StreamReceipt& receipt : all.stream_receipts) EXPECT_LE(receipt.through, 100U);
+  EXPECT_EQ(ingest_->status().missing_samples, 0U) << "it no longer counts";
+  EXPECT_TRUE(pass(std::chrono::seconds(30), 100).resends.empty());
+}
+
+TEST_F(IngestResend, ATrialIsAskedForAlsoWhereAForgedStateHasMovedTheOrigin) {
+  take_samples(0, 40);
+  hear_rig(100, 80);  // forged: receipts of another archive for what never came
+  ingest_->note_outcome(store::testing::trial_of(1, 20, 99));
+  std::vector<ResendRequest> requests;
+  for (int i = 0; i < 10; ++i) {
+    hear_rig(100, 80);
+    const auto resends = step_after(milliseconds(50)).resends;
+    requests.insert(requests.end(), resends.begin(), resends.end());
+  }
+  ASSERT_FALSE(requests.empty());
+  EXPECT_EQ(requests[0].range, (store::SequenceRange{40, 100}));
+}
+
+TEST_F(IngestResend, AReceiptNamesItsFirstSampleSoThatARigSeesWhatItLeavesOut) {
+  take_samples(0, 40);
+  take_samples(100, 200);
+  hear_rig(200, 100);  // forged, while the rig is away
+  const Decisions all = pass(std::chrono::seconds(4), 200, 100);
+  ASSERT_FALSE(all.stream_receipts.empty());
+  EXPECT_EQ(all.stream_receipts.back().first, 100U);
+  EXPECT_EQ(all.stream_receipts.back().through, 200U);
+}
+
 }  // namespace
 }  // namespace tonus::archive

@@ -58,6 +58,7 @@ class WireTest : public ::testing::Test {
   ManualClock clock_;
   Ingest ingest_{store_, clock_};
   bus::Sample last_;
+  std::uint64_t counter_ = 0;
 };
 
 TEST_F(WireTest, KeepsSamplesAsTheyCameWithTheirChecksum) {
@@ -97,6 +98,7 @@ TEST_F(WireTest, MakesReceiptsOfOutcomes) {
   EXPECT_EQ(stream.kind(), v1::RECEIPT_STREAM);
   EXPECT_EQ(stream.subject_id(), kRig);
   EXPECT_EQ(stream.through_sequence(), 100U);
+  EXPECT_EQ(stream.expected_samples(), 100U) << "the samples that it speaks of end before through_sequence";
   EXPECT_EQ((*store_.find_trial(trial_id(kSession, 1)))->posture, "left");
 }
 
@@ -200,6 +202,48 @@ TEST_F(WireTest, PutsAMessageIntoTheSessionThatItNamesWhateverPlanIsNewest) {
     return {};
   }));
   EXPECT_EQ(of_session, (std::vector<std::string>{"session/plan", "trial/verdict", "service/health"}));
+}
+
+TEST_F(WireTest, NoPlanWithAStartThatCannotBeDrawsMessagesToItsSession) {
+  clock_.advance(std::chrono::hours(24 * 365 * 57));
+  const std::string soon = iso8601(clock_.utc_ns() + 3'600'000'000'000);
+  const auto plan = [this](const Id& session, const std::string& started_at) {
+    v1::SessionPlan wire;
+    wire.session_id(session);
+    wire.started_at(started_at);
+    ASSERT_TRUE(give(topics::kSessionPlan, wire));
+  };
+  const std::vector<std::string> absurd{"9999-12-31T23:59:59Z",
+                                        "1970-01-01T00:00:00Z",
+                                        "-0001-01-01T00:00:00Z",
+                                        "",
+                                        "zzzz",
+                                        "99999-01-01T00:00:00Z",
+                                        "2026",
+                                        soon};
+  const auto session_of_next = [&]() {
+    v1::ServiceHealth health;  // names no session
+    health.queue_depth(++counter_);
+    EXPECT_TRUE(give(topics::kServiceHealth, health));
+    EXPECT_TRUE(ingest_.finish());
+    Id session{};
+    EXPECT_TRUE(
+        store_.visit_messages({"service/health", {}, {}}, [&](const store::Message& m) -> Result<void> {
+          session = m.session;
+          return {};
+        }));
+    return session;
+  };
+  for (const std::string& start : absurd) {
+    plan(id_of("before " + start), start);
+    EXPECT_EQ(session_of_next(), kNoId) << start;
+  }
+  plan(kSession, "2026-03-01T10:00:00Z");
+  for (const std::string& start : absurd) {
+    plan(id_of("after " + start), start);
+    EXPECT_EQ(session_of_next(), kSession) << start;
+  }
+  EXPECT_EQ(store_.sessions()->size(), 2 * absurd.size() + 1) << "the plans are kept";
 }
 
 TEST_F(WireTest, KeepsEveryTopicButItsOwnReceiptsWhatIsForEyesOnlyAndTheComparingOfClocks) {

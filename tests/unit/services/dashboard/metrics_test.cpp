@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
+#include <iterator>
 #include <regex>
 #include <set>
 #include <sstream>
@@ -10,6 +11,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/core/process.hpp"
+#include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tonus::dashboard {
@@ -156,6 +158,26 @@ TEST_F(MetricsTest, CountsTheTimeFromATrialsEndToItsResultsOnce) {
   EXPECT_THAT(text(), HasSubstr("tonus_estimate_latency_seconds_bucket{le=\"0.2\"} 0\n"));
   EXPECT_THAT(text(), HasSubstr("tonus_estimate_latency_seconds_bucket{le=\"0.5\"} 1\n"));
   expect_well_formed(text());
+}
+
+TEST_F(MetricsTest, TheExampleDashboardShowsWhatThereIs) {
+  publish_rig();
+  publish(topics::kServiceHealth, id_of("1"), v1::ServiceHealth());
+  v1::SessionState session;
+  session.phase(v1::SESSION_RUNNING);
+  publish(topics::kSessionState, kSession, session);
+  // Of files, as the tests below have them.
+  const std::string all = text() +
+                          " tonus_archive_bytes tonus_archive_disk_free_bytes"
+                          " tonus_tls_certificate_expiry_timestamp_seconds";
+  std::ifstream file(testing::source_file("deploy/grafana/tonus.json"));
+  const std::string dashboard((std::istreambuf_iterator<char>(file)), std::istreambuf_iterator<char>());
+  const std::regex name("tonus_[a-z_]+");
+  std::set<std::string> names;
+  for (std::sregex_iterator found(dashboard.begin(), dashboard.end(), name), end; found != end; ++found)
+    names.insert(found->str());
+  EXPECT_GE(names.size(), 20U);
+  for (const std::string& shown : names) EXPECT_THAT(all, HasSubstr(shown));
 }
 
 TEST(FileMetrics, TellSizesAndTheCertificatesEnd) {

@@ -1,0 +1,69 @@
+#include <CLI/CLI.hpp>
+#include <cstdio>
+#include <memory>
+
+#include "services/cli/archive_option.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/progress_bar.hpp"
+#include "services/runtime/options.hpp"
+#include "services/store/sqlite_store.hpp"
+
+namespace tonus::cli {
+namespace {
+
+struct BackupOptions {
+  ArchiveOption archive;
+  std::string file;
+};
+
+Result<void> copy(const std::string& from, const std::string& to, const char* what) {
+  if (from.find("://") != std::string::npos || to.find("://") != std::string::npos) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "an archive on a PostgreSQL server is not a file: its server's pg_dump and pg_restore copy it "
+        "(schema tonus)");
+  }
+  TONUS_TRY_ASSIGN(const auto source, store::SqliteStore::open(from, store::SqliteStore::Access::kRead));
+  ProgressBar bar("pages");
+  const auto copied =
+      source->copy_to(to, [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
+  bar.clear();
+  if (!copied) return copied;
+  TONUS_TRY_ASSIGN(const auto made, store::SqliteStore::open(to, store::SqliteStore::Access::kRead));
+  TONUS_TRY_ASSIGN(const auto sessions, made->sessions());
+  TONUS_TRY_ASSIGN(const auto space, made->space());
+  std::printf("%s '%s' to '%s': %zu sessions, %.1f MB; tonus verify --archive '%s' checks them\n", what,
+              from.c_str(), to.c_str(), sessions.size(), 1e-6 * static_cast<double>(space.used_bytes),
+              to.c_str());
+  return {};
+}
+
+}  // namespace
+
+void add_backup_commands(CLI::App& app, Command& chosen) {
+  auto* backup = app.add_subcommand(
+      "backup", "Copies the archive, as it is at this moment, to a new file; it may be written meanwhile.");
+  auto of_backup = std::make_shared<BackupOptions>();
+  backup->add_option("file", of_backup->file, "the new file")->required();
+  add_archive_option(*backup, of_backup->archive);
+  backup->callback([of_backup, &chosen] {
+    chosen = [of_backup] {
+      const auto done = copy(of_backup->archive.name(), of_backup->file, "copied");
+      return done ? 0 : runtime::report("tonus backup", done.error());
+    };
+  });
+
+  auto* restore = app.add_subcommand(
+      "restore", "Copies a backup to where the archive's file is missing; nothing is overwritten.");
+  auto of_restore = std::make_shared<BackupOptions>();
+  restore->add_option("file", of_restore->file, "the backup; it is not changed")->required();
+  add_archive_option(*restore, of_restore->archive);
+  restore->callback([of_restore, &chosen] {
+    chosen = [of_restore] {
+      const auto done = copy(of_restore->file, of_restore->archive.name(), "restored");
+      return done ? 0 : runtime::report("tonus restore", done.error());
+    };
+  });
+}
+
+}  // namespace tonus::cli
