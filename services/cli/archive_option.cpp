@@ -3,6 +3,7 @@
 #include <CLI/CLI.hpp>
 
 #include "services/core/places.hpp"
+#include "services/runtime/options.hpp"
 #include "services/store/open_store.hpp"
 
 namespace tonus::cli {

@@ -38,6 +38,16 @@ Result<void> copy(const std::string& from, const std::string& to, const char* wh
   return {};
 }
 
+Result<void> back_up(const BackupOptions& options) {
+  TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
+  return copy(archive, options.file, "copied");
+}
+
+Result<void> restore_from(const BackupOptions& options) {
+  TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
+  return copy(options.file, archive, "restored");
+}
+
 }  // namespace
 
 void add_backup_commands(CLI::App& app, Command& chosen) {
@@ -48,7 +58,7 @@ void add_backup_commands(CLI::App& app, Command& chosen) {
   add_archive_option(*backup, of_backup->archive);
   backup->callback([of_backup, &chosen] {
     chosen = [of_backup] {
-      const auto done = copy(of_backup->archive.name(), of_backup->file, "copied");
+      const auto done = back_up(*of_backup);
       return done ? 0 : runtime::report("tonus backup", done.error());
     };
   });
@@ -60,7 +70,7 @@ void add_backup_commands(CLI::App& app, Command& chosen) {
   add_archive_option(*restore, of_restore->archive);
   restore->callback([of_restore, &chosen] {
     chosen = [of_restore] {
-      const auto done = copy(of_restore->file, of_restore->archive.name(), "restored");
+      const auto done = restore_from(*of_restore);
       return done ? 0 : runtime::report("tonus restore", done.error());
     };
   });
