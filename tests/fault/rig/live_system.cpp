@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <csignal>
+#include <cstdlib>
 #include <fstream>
 #include <spdlog/fmt/fmt.h>
 #include <sstream>
@@ -24,6 +25,7 @@ constexpr const char* kOthers[] = {"tonus-archive", "tonus-identification", "ton
 
 LiveSystem::LiveSystem(Unattended unattended, const std::string& dds, double command_timeout_s)
     : unattended_(unattended), dds_(dds), notifier_(std::make_shared<bus::Notifier>()) {
+  ::setenv("TONUS_ARCHIVE_IDLE_RING_S", "0", 1);  // every sample is stored
   write_patient_profile(folder_ / "profile.toml", command_timeout_s);
   start_services();
   runtime::CommonOptions common;

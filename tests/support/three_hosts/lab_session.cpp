@@ -20,7 +20,9 @@ LabSession::LabSession(const ThreeHosts& hosts, LabOptions options)
     : hosts_(&hosts), options_(std::move(options)) {
   write_patient_profile(folder_ / "profile.toml");
   if (options_.has_discovery_server) services_.push_back(begin(Host::kServer, "tonus", {"discovery-server"}));
-  for (const char* service : {"tonus-archive", "tonus-identification", "tonus-scheduler"})
+  services_.push_back(
+      begin(Host::kServer, "tonus-archive", {"--idle-ring-s", "0"}));  // every sample is stored
+  for (const char* service : {"tonus-identification", "tonus-scheduler"})
     services_.push_back(begin(Host::kServer, service, {}));
   std::vector<std::string> rig{"--speed", "real", "--profile", folder_ / "profile.toml"};
   if (options_.resumes_unattended) rig.emplace_back("--resume-unattended");
