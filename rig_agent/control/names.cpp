@@ -40,10 +40,12 @@ const char* fault_name(Fault fault) noexcept {
       return "encoder_reversed";
     case Fault::kForceStill:
       return "force_still";
-    case Fault::kForceReversed:
-      return "force_reversed";
+    case Fault::kForceAgainstMotion:
+      return "force_against_motion";
     case Fault::kEnergy:
       return "energy";
+    case Fault::kForceJump:
+      return "force_jump";
   }
   return "unknown";
 }

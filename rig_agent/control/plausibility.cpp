@@ -22,7 +22,8 @@ std::uint64_t cycles(double duration, double period) {
 
 }  // namespace
 
-Plausibility::Plausibility(const SafetyLimits& limits, const RigGeometry& geometry, double period)
+Plausibility::Plausibility(const SafetyLimits& limits, const ServoGains& gains, const JointFriction& friction,
+                           const RigGeometry& geometry, double period)
     : limits_(limits),
       period_(period),
       still_cycles_(cycles(kStillTime, period)),
@@ -31,14 +32,14 @@ Plausibility::Plausibility(const SafetyLimits& limits, const RigGeometry& geomet
       first_cycles_(cycles(kReactionTime, period)),
       unrest_filter_(1.0 - std::exp(-period / kUnrestTime)),
       way_per_count_((geometry.links.l1 + geometry.links.l2) /
-                     std::min(std::abs(geometry.counts_per_unit[0]), std::abs(geometry.counts_per_unit[1]))) {
-}
+                     std::min(std::abs(geometry.counts_per_unit[0]), std::abs(geometry.counts_per_unit[1]))),
+      sensor_test_(gains, friction, period) {}
 
 FaultBits Plausibility::check(const PlausibilityInput& input) noexcept {
   if (input.is_in_trial && !was_in_trial_) begin_trial(input);
   was_in_trial_ = input.is_in_trial;
   if (!input.is_in_trial) return 0;
-  return check_encoders(input) | check_force_channels(input) | check_work(input);
+  return check_encoders(input) | check_force_channels(input) | check_sensors(input) | check_work(input);
 }
 
 void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
@@ -54,6 +55,7 @@ void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
   work_by_axis_.setZero();
   cycles_since_onset_ = first_cycles_;
   energy_ = 0.0;
+  sensor_test_.begin_trial();
   resting_force_ = input.force;
   unrest_ = 0.0;
 }
@@ -102,6 +104,18 @@ FaultBits Plausibility::check_force_channels(const PlausibilityInput& input) noe
   return found;
 }
 
+FaultBits Plausibility::check_sensors(const PlausibilityInput& input) noexcept {
+  if (limits_.unexplained_torque <= 0.0) return 0;
+  const auto finding = sensor_test_.check(input.unexplained, input.channel_loads, input.predicted);
+  FaultBits found = 0;
+  if (finding.is_force_wrong) found |= bit(Fault::kForceAgainstMotion);
+  if (finding.is_encoder_wrong) {
+    const bool is_still = std::max(cycles_still_[0], cycles_still_[1]) > joint_still_cycles_;
+    found |= bit(is_still ? Fault::kEncoderStill : Fault::kEncoderReversed);
+  }
+  return found;
+}
+
 FaultBits Plausibility::check_work(const PlausibilityInput& input) noexcept {
   FaultBits found = 0;
   energy_ += period_ * input.force.dot(input.velocity);
@@ -131,7 +145,7 @@ FaultBits Plausibility::check_work(const PlausibilityInput& input) noexcept {
   const double allowed = kWorkAllowed + kUnrestAllowed * std::sqrt(unrest_) * way_;
   for (Eigen::Index i = 0; i < 2; ++i) {
     const bool is_along = motion_by_axis_[i] > kMotionShare * motion_by_axis_.sum();
-    if (is_along && work_by_axis_[i] < -allowed) found |= bit(Fault::kForceReversed);
+    if (is_along && work_by_axis_[i] < -allowed) found |= bit(Fault::kForceAgainstMotion);
   }
   return found;
 }

@@ -6,6 +6,8 @@
 
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/safety_limits.hpp"
+#include "rig_agent/control/sensor_test.hpp"
+#include "rig_agent/control/servo_gains.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::control {
@@ -14,11 +16,13 @@ namespace tonus::control {
 /// elbow's of the manipulandum.
 struct PlausibilityInput {
   RawSample raw;
-  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();     ///< Of the handle, m/s in R.
-  Eigen::Vector2d force = Eigen::Vector2d::Zero();        ///< On the arm, N in R.
-  Eigen::Vector2d load = Eigen::Vector2d::Zero();         ///< Joint torques that balance the force, N m.
-  Eigen::Vector2d unexplained = Eigen::Vector2d::Zero();  ///< Servo::unexplained_torque(), N m.
-  double sensor_angle = 0.0;                              ///< Of the force sensor's x axis in R, rad.
+  Eigen::Vector2d velocity = Eigen::Vector2d::Zero();       ///< Of the handle, m/s in R.
+  Eigen::Vector2d force = Eigen::Vector2d::Zero();          ///< On the arm, N in R.
+  Eigen::Vector2d load = Eigen::Vector2d::Zero();           ///< Joint torques that balance the force, N m.
+  Eigen::Vector2d unexplained = Eigen::Vector2d::Zero();    ///< Servo::unexplained_torque(), N m.
+  Eigen::Matrix2d channel_loads = Eigen::Matrix2d::Zero();  ///< `load`, a column for each channel.
+  Eigen::Matrix2d predicted = Eigen::Matrix2d::Zero();      ///< Servo::predicted_torques(), N m.
+  double sensor_angle = 0.0;                                ///< Of the force sensor's x axis in R, rad.
   bool is_in_trial = false;
   bool is_onset = false;  ///< The perturbation begins in this cycle.
   bool is_perturbing = false;
@@ -29,16 +33,18 @@ struct PlausibilityInput {
 ///
 /// - Encoder: torques that the model of the manipulandum cannot explain, low-passed, beyond
 ///   SafetyLimits::unexplained_torque; or a joint's load that has changed by more than that since its encoder
-///   last moved. No arm is so stiff: at the handle it would be some 25 N/mm.
+///   last moved. No arm is so stiff: at the handle it would be some 25 N/mm. Or a joint that does not move as
+///   torque and force ask for (SensorTest).
 /// - Force: a channel whose volts are the same to the bit while the handle has gone 3 mm; or, in the first
 ///   0.15 s of a perturbation, when nobody can help along yet, an arm that along a sensor's axis has given
-///   back more work than it took.
+///   back more work than it took; or one that contradicts torque and motion (SensorTest).
 /// - Energy: the work done on the hand since the trial began.
 ///
 /// All methods are REALTIME.
 class Plausibility {
  public:
-  Plausibility(const SafetyLimits& limits, const RigGeometry& geometry, double period);
+  Plausibility(const SafetyLimits& limits, const ServoGains& gains, const JointFriction& friction,
+               const RigGeometry& geometry, double period);
 
   /// The faults that this cycle shows.
   [[nodiscard]] FaultBits check(const PlausibilityInput& input) noexcept;
@@ -47,6 +53,7 @@ class Plausibility {
   void begin_trial(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_encoders(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_force_channels(const PlausibilityInput& input) noexcept;
+  [[nodiscard]] FaultBits check_sensors(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_work(const PlausibilityInput& input) noexcept;
 
   const SafetyLimits limits_;
@@ -58,6 +65,7 @@ class Plausibility {
   const double unrest_filter_;        // Share of the new value in one cycle.
   const double way_per_count_;        // m at the handle, the larger of the two joints'
 
+  SensorTest sensor_test_;
   bool was_in_trial_ = false;
   std::array<double, 2> count_{};                 // as last seen to change
   std::array<double, 2> load_at_count_{};         // N m, then

@@ -14,14 +14,20 @@ std::array<double, 2> plain(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 
 std::uint16_t flag(bool is_set, SampleFlag which) { return is_set ? static_cast<std::uint16_t>(which) : 0; }
 
-// Force on the arm in R: the sensor turns with the outer link.
-Eigen::Vector2d force_in_robot_frame(const RigGeometry& rig, const RawSample& raw, const Eigen::Vector2d& q) {
-  const Eigen::Vector2d f =
-      rig.force_calibration * (Eigen::Vector2d(raw.force_V[0], raw.force_V[1]) - rig.force_offset_V);
+// What one channel of the force sensor adds to the force on the arm, N in R: the sensor turns with the outer
+// link.
+Eigen::Vector2d force_of_channel(const RigGeometry& rig, const RawSample& raw, const Eigen::Vector2d& q,
+                                 int channel) {
+  const Eigen::Vector2d f = (raw.force_V[static_cast<std::size_t>(channel)] - rig.force_offset_V[channel]) *
+                            rig.force_calibration.col(channel);
   const double angle = q[0] + q[1] + rig.force_sensor_angle;
   const double c = std::cos(angle);
   const double s = std::sin(angle);
   return {c * f.x() - s * f.y(), s * f.x() + c * f.y()};
+}
+
+Eigen::Vector2d force_in_robot_frame(const RigGeometry& rig, const RawSample& raw, const Eigen::Vector2d& q) {
+  return force_of_channel(rig, raw, q, 0) + force_of_channel(rig, raw, q, 1);
 }
 
 }  // namespace
@@ -37,7 +43,7 @@ RigLoop::RigLoop(drivers::Driver& driver, const LoopConfig& config)
       config_(config),
       period_(1.0 / config.rate),
       actuates_(driver.capabilities().actuates),
-      monitor_(config.limits, driver.geometry(), period_, actuates_),
+      monitor_(config.limits, config.gains, config.model.friction, driver.geometry(), period_, actuates_),
       servo_(driver.geometry().links, config.model, config.gains, period_),
       trial_(config.gains, period_, actuates_),
       recorder_(static_cast<std::size_t>(std::lround(kRecordedTime * config.rate))),
@@ -136,6 +142,9 @@ void RigLoop::check_handle(const drivers::Reading& reading, CycleInput& input) n
   seen.load = servo_.load();
   seen.unexplained = servo_.unexplained_torque();
   seen.sensor_angle = q[0] + q[1] + geometry_.force_sensor_angle;
+  seen.channel_loads.col(0) = servo_.load_of(force_of_channel(geometry_, reading.raw, q, 0));
+  seen.channel_loads.col(1) = servo_.load_of(force_of_channel(geometry_, reading.raw, q, 1));
+  seen.predicted = servo_.predicted_torques();
   seen.is_in_trial = trial_.is_running();
   seen.is_onset = trial_.is_onset();  // of the cycle before
   seen.is_perturbing = trial_.phase() == Phase::kPerturbing;

@@ -9,10 +9,13 @@ namespace {
 // s. One encoder count at the handle, up to 0.25 mm, is 0.13 m/s over this time.
 constexpr double kSpeedWindow = 0.002;
 constexpr double kMissedTime = 1.0;  // s, over which missed periods are counted
+// Of the force limit, in one cycle. Two bodies that meet through a hand take some 10 ms to build up a force.
+constexpr double kForceJump = 0.25;
 
 }  // namespace
 
-SafetyMonitor::SafetyMonitor(const SafetyLimits& limits, const RigGeometry& geometry, double period,
+SafetyMonitor::SafetyMonitor(const SafetyLimits& limits, const ServoGains& gains,
+                             const JointFriction& friction, const RigGeometry& geometry, double period,
                              bool actuates)
     : limits_(limits),
       geometry_(geometry),
@@ -20,7 +23,7 @@ SafetyMonitor::SafetyMonitor(const SafetyLimits& limits, const RigGeometry& geom
       actuates_(actuates),
       speed_cycles_(static_cast<std::uint64_t>(std::clamp(std::lround(kSpeedWindow / period), 2L, 15L))),
       missed_filter_(period / kMissedTime),
-      plausibility_(limits, geometry, period) {
+      plausibility_(limits, gains, friction, geometry, period) {
   positions_.fill(Eigen::Vector2d::Zero());
 }
 
@@ -56,6 +59,7 @@ void SafetyMonitor::check_raw(const RawSample& raw) noexcept {
     forget_motion();
     return;
   }
+  check_force_channels(raw);
   const Eigen::Vector2d angles = joint_coordinates(geometry_, raw);
   if (has_last_angles_ && (angles - last_angles_).cwiseAbs().maxCoeff() > limits_.encoder_jump) {
     found(Fault::kEncoderJump);
@@ -63,6 +67,16 @@ void SafetyMonitor::check_raw(const RawSample& raw) noexcept {
   }
   last_angles_ = angles;
   has_last_angles_ = true;
+}
+
+void SafetyMonitor::check_force_channels(const RawSample& raw) noexcept {
+  for (std::size_t i = 0; i < 2; ++i) {
+    const double volts = raw.force_V[i] - last_force_V_[i];
+    const double jump =
+        std::abs(volts) * geometry_.force_calibration.col(static_cast<Eigen::Index>(i)).norm();
+    if (has_last_angles_ && jump > kForceJump * limits_.force) found(Fault::kForceJump);
+  }
+  last_force_V_ = raw.force_V;
 }
 
 void SafetyMonitor::check_periods(unsigned missed_periods) noexcept {
@@ -93,8 +107,11 @@ void SafetyMonitor::check_handle(const HandleEstimate& handle) noexcept {
   if (!((handle.measured - limits_.workspace_centre).norm() <= limits_.workspace_radius)) {
     found(Fault::kWorkspace);
   }
-  if (!(std::max(handle.velocity.norm(), measured_speed(handle.measured)) <= limits_.speed))
-    found(Fault::kSpeed);
+  const double speed = measured_speed(handle.measured);
+  if (!(std::max(handle.velocity.norm(), speed) <= limits_.speed)) found(Fault::kSpeed);
+  // No force within the limits gives a handle half that speed in a cycle: it is an encoder, not the hand.
+  if (speed > limits_.speed && speed - last_speed_ > 0.5 * limits_.speed) found(Fault::kEncoderJump);
+  last_speed_ = speed;
   if (!(handle.force.norm() <= limits_.force)) found(Fault::kForce);
 }
 

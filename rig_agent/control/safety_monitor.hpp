@@ -28,7 +28,8 @@ struct Surroundings {
 /// cycle is kept apart, as the cause that must be gone before. All methods are REALTIME.
 class SafetyMonitor {
  public:
-  SafetyMonitor(const SafetyLimits& limits, const RigGeometry& geometry, double period, bool actuates);
+  SafetyMonitor(const SafetyLimits& limits, const ServoGains& gains, const JointFriction& friction,
+                const RigGeometry& geometry, double period, bool actuates);
 
   /// Starts a cycle with what needs no conversion: driver, emergency stop, time-outs, raw values. True when
   /// the raw values may be used.
@@ -63,6 +64,7 @@ class SafetyMonitor {
   }
 
   void check_raw(const RawSample& raw) noexcept;
+  void check_force_channels(const RawSample& raw) noexcept;
   [[nodiscard]] double measured_speed(const Eigen::Vector2d& position) noexcept;
   void check_commander(const Surroundings& around) noexcept;
   void check_periods(unsigned missed_periods) noexcept;
@@ -80,8 +82,10 @@ class SafetyMonitor {
   FaultBits present_ = 0;
   bool has_last_angles_ = false;
   Eigen::Vector2d last_angles_ = Eigen::Vector2d::Zero();
+  std::array<double, 2> last_force_V_{};
   std::array<Eigen::Vector2d, 16> positions_;  // Ring of the last handle positions, m in R.
   std::uint64_t position_count_ = 0;
+  double last_speed_ = 0.0;  // m/s
   std::uint64_t last_keep_alive_ = 0;
   std::int64_t heard_ns_ = 0;
   bool was_trial_running_ = false;

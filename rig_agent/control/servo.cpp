@@ -6,10 +6,9 @@
 namespace tonus::control {
 namespace {
 
-constexpr double kTrimDecayTime = 0.1;       // s, time constant with which the trim is given up.
-constexpr double kUnexplainedFilter = 15.0;  // rad/s, of the observer's corrections.
-constexpr double kRestRate = 0.01;           // rad/s; the observer shows less than this at rest.
-constexpr double kRestTime = 0.1;            // s.
+constexpr double kTrimDecayTime = 0.1;  // s, time constant with which the trim is given up.
+constexpr double kRestRate = 0.01;      // rad/s; the observer shows less than this at rest.
+constexpr double kRestTime = 0.1;       // s.
 
 }  // namespace
 
@@ -50,6 +49,12 @@ const HandleEstimate& Servo::observe(const Eigen::Vector2d& joint_angles,
 
 Eigen::Vector2d Servo::unexplained_torque() const noexcept {
   return model_.inertia.mass_matrix(kinematics_.cos_q2) * (inverse(kinematics_.jacobian) * unexplained_);
+}
+
+Eigen::Matrix2d Servo::predicted_torques() const noexcept {
+  const Eigen::Vector2d accelerations =
+      inverse(kinematics_.jacobian) * (acceleration_ - kinematics_.jacobian_rate_times_rates(rates_));
+  return -model_.inertia.mass_matrix(kinematics_.cos_q2) * accelerations.asDiagonal();
 }
 
 Eigen::Vector2d Servo::torque(const Reference& reference) noexcept {

@@ -8,6 +8,9 @@
 
 namespace tonus::control {
 
+/// Corner of the low-pass of Servo::unexplained_torque(), rad/s.
+inline constexpr double kUnexplainedFilter = 15.0;
+
 /// What the servo is to do in a cycle.
 enum class ServoMode : std::uint8_t {
   kFloat,  ///< Exert `force` on the hand and damp; the hand decides where it is.
@@ -82,9 +85,14 @@ class Servo {
   /// Joint torques, N m, that the encoders' motion would need beside those that were given and felt: the
   /// observer's corrections of velocity, low-passed. Near zero while encoders, force sensor and model agree.
   [[nodiscard]] Eigen::Vector2d unexplained_torque() const noexcept;
+  /// Joint torques, N m, that the motion which was predicted for this cycle asks for, with the other sign: a
+  /// column for the acceleration of each joint.
+  [[nodiscard]] Eigen::Matrix2d predicted_torques() const noexcept;
   /// Joint torques, N m, that balance the last observed force on the arm.
-  [[nodiscard]] Eigen::Vector2d load() const noexcept {
-    return kinematics_.jacobian.transpose() * estimate_.force;
+  [[nodiscard]] Eigen::Vector2d load() const noexcept { return load_of(estimate_.force); }
+  /// The same of any force on the arm, N in R.
+  [[nodiscard]] Eigen::Vector2d load_of(const Eigen::Vector2d& force) const noexcept {
+    return kinematics_.jacobian.transpose() * force;
   }
 
  private:

@@ -14,7 +14,7 @@ class PlausibilityTest : public ::testing::Test {
     geometry.kind = RigKind::kTwoLink;
     geometry.links = {0.30, 0.35};
     geometry.counts_per_unit = {1273.0, 1273.0};
-    checked_ = std::make_unique<Plausibility>(limits_, geometry, 0.001);
+    checked_ = std::make_unique<Plausibility>(limits_, ServoGains{}, JointFriction{}, geometry, 0.001);
     input_.is_in_trial = true;
   }
 
@@ -77,7 +77,7 @@ TEST_F(PlausibilityTest, AnArmThatGivesBackWorkInTheFirstMomentsHasAReversedSens
     input_.raw.force_V[1] -= 0.001;
     found |= step();
   }
-  EXPECT_EQ(found, bit(Fault::kForceReversed));
+  EXPECT_EQ(found, bit(Fault::kForceAgainstMotion));
 }
 
 TEST_F(PlausibilityTest, AnArmThatHelpsAlongLaterIsPlausible) {
@@ -105,7 +105,7 @@ TEST_F(PlausibilityTest, MoreEnergyThanAllowedInATrialIsFoundAndANewTrialBeginsA
 TEST_F(PlausibilityTest, LimitsThatAreOffFindNothing) {
   limits_.unexplained_torque = 0.0;
   limits_.trial_energy = 0.0;
-  checked_ = std::make_unique<Plausibility>(limits_, RigGeometry{}, 0.001);
+  checked_ = std::make_unique<Plausibility>(limits_, ServoGains{}, JointFriction{}, RigGeometry{}, 0.001);
   input_.unexplained = {100.0, 100.0};
   input_.velocity = {0.5, 0.0};
   input_.force = {20.0, 0.0};

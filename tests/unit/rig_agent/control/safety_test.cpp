@@ -180,6 +180,22 @@ TEST_F(Safety, StopsWithinTwoCyclesAtAnEncoderJump) {
   expect_fault(Fault::kEncoderJump);
 }
 
+TEST_F(Safety, TakesASpeedThatNoForceGivesInACycleForAnEncoderThatJumps) {
+  start_trial();
+  EXPECT_LE(cycles_to_safe_state([&] { driver_->handle.x() = 0.303; }), 2);  // 3 mm at once, then at rest
+  expect_fault(Fault::kEncoderJump);
+  EXPECT_TRUE(driver_->written.back().isZero()) << "damping by a motion that is none";
+}
+
+TEST_F(Safety, StopsWithinTwoCyclesWhenAForceChannelJumps) {
+  for (const double force_N : {7.6, -7.6}) {  // a quarter of the limit of 30 N and a little more
+    make(LoopConfig{});
+    start_trial();
+    EXPECT_LE(cycles_to_safe_state([&] { driver_->volts[1] = force_N / 4.45; }), 2);
+    expect_fault(Fault::kForceJump);
+  }
+}
+
 TEST_F(Safety, StopsWithinTwoCyclesWhenAForceChannelIsSaturated) {
   start_trial();
   EXPECT_LE(cycles_to_safe_state([&] { driver_->volts[1] = -10.0; }), 2);

@@ -1,0 +1,90 @@
+#include "rig_agent/control/sensor_test.hpp"
+
+#include <cmath>
+
+#include "rig_agent/control/servo.hpp"
+
+namespace tonus::control {
+namespace {
+
+constexpr double kMeanTime = 0.5;     // s
+constexpr double kWindow = 0.3;       // s
+constexpr double kTimeNeeded = 0.02;  // s at a stretch
+constexpr double kSaid = 0.07;        // N m rms, beside what friction can take up
+constexpr double kSilent = 0.02;      // N m rms; so small an s says nothing about its sensor
+constexpr double kReversed = 1.5;     // 1 - g
+constexpr double kStill = 0.7;        // 1 - g
+constexpr double kExplained = 0.5;    // of u: else something else is at work
+constexpr double kModelError = 0.33;  // of the inertial torques
+constexpr double kForceError = 0.1;   // of the loads
+
+double share(double time, double period) { return 1.0 - std::exp(-period / time); }
+
+}  // namespace
+
+SensorTest::SensorTest(const ServoGains& gains, const JointFriction& friction, double period) noexcept
+    : observer_share_(share(1.0 / gains.observer_frequency, period)),
+      unexplained_share_(share(1.0 / kUnexplainedFilter, period)),
+      mean_share_(share(kMeanTime, period)),
+      window_share_(share(kWindow, period)),
+      taken_up_(kSaid + friction.coulomb.norm()),
+      cycles_needed_(static_cast<int>(std::lround(kTimeNeeded / period))) {}
+
+void SensorTest::start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
+  is_started_ = true;
+  filtered_once_ = said;
+  filtered_twice_ = said;
+  said_ = said;
+  mean_said_ = said;
+  mean_unexplained_ = unexplained;
+  products_.setZero();
+  responses_.setZero();
+  power_ = 0.0;
+  cycles_wrong_.setZero();
+}
+
+// The observer answers an acceleration that it did not predict by w^2 / (s + w)^2, and what it finds is
+// low-passed.
+void SensorTest::filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
+  filtered_once_ += observer_share_ * (said - filtered_once_);
+  filtered_twice_ += observer_share_ * (filtered_once_ - filtered_twice_);
+  said_ += unexplained_share_ * (filtered_twice_ - said_);
+  mean_said_ += mean_share_ * (said_ - mean_said_);
+  mean_unexplained_ += mean_share_ * (unexplained - mean_unexplained_);
+}
+
+SensorTest::Finding SensorTest::check(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
+                                      const Eigen::Matrix2d& accelerations) noexcept {
+  Columns said;
+  said << loads, accelerations;
+  if (!is_started_) start(unexplained, said);
+  filter(unexplained, said);
+  const Columns s = said_ - mean_said_;
+  const Eigen::Vector2d u = unexplained - mean_unexplained_;
+  products_ += window_share_ * (s.transpose() * s - products_);
+  responses_ += window_share_ * (s.transpose() * u - responses_);
+  power_ += window_share_ * (u.squaredNorm() - power_);
+  for (int k = 0; k < 4; ++k) cycles_wrong_[k] = is_wrong(k) ? cycles_wrong_[k] + 1 : 0;
+  return {cycles_wrong_.head<2>().maxCoeff() >= cycles_needed_,
+          cycles_wrong_.tail<2>().maxCoeff() >= cycles_needed_};
+}
+
+// Least squares over the two of a kind with a ridge: a sensor that says nothing is taken for good.
+bool SensorTest::is_wrong(int sensor) const noexcept {
+  const int first = sensor < 2 ? 0 : 2;
+  const int at = sensor - first;
+  const Eigen::Matrix2d p =
+      products_.block<2, 2>(first, first) + kSilent * kSilent * Eigen::Matrix2d::Identity();
+  const Eigen::Vector2d r = responses_.segment<2>(first);
+  const double determinant = p(0, 0) * p(1, 1) - p(0, 1) * p(1, 0);
+  const double own = determinant / p(1 - at, 1 - at);  // of its s, beside what it shares with the other's
+  if (!(own > 0.25 * taken_up_ * taken_up_)) return false;
+  const Eigen::Vector2d excess =  // 1 - g
+      Eigen::Vector2d(p(1, 1) * r[0] - p(0, 1) * r[1], p(0, 0) * r[1] - p(0, 1) * r[0]) / determinant;
+  const double by_model = kForceError * kForceError * (products_(0, 0) + products_(1, 1)) +
+                          kModelError * kModelError * (products_(2, 2) + products_(3, 3));
+  if (excess.dot(r) - by_model < kExplained * power_) return false;
+  return excess[at] > (own > taken_up_ * taken_up_ ? kStill : kReversed);
+}
+
+}  // namespace tonus::control
