@@ -23,6 +23,11 @@ Signals terms_of(const Signals& v, Model model) {
       return v.cwiseProduct(v.cwiseAbs());
     case Model::kCoriolis:
       break;
+    case Model::kFriction:  // of method spectral, which fits no signals by sample
+    case Model::kCubic:
+    case Model::kReflex:
+    case Model::kAutomatic:
+      return v;
   }
   if (v.cols() == 1) return v.cwiseAbs2();
   Signals products(v.rows(), 3);

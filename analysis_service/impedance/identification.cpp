@@ -151,10 +151,20 @@ Result<bool> are_records(const TrialPointers& trials, const Options& options) {
         ErrorCode::kInvalidArgument,
         "method: spectral is not allowed for perturbations; expected lowpass, optimal or state_variable");
   }
-  if (records != 0 && options.record_method == Method::kSpectral && options.model != Model::kLinear) {
+  const bool is_spectral = records != 0 && options.record_method == Method::kSpectral;
+  if (is_spectral && !is_record_model(options.model)) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("model: {} is not allowed for continuous records by method spectral; expected "
+                            "linear, friction, cubic, reflex or auto",
+                            name_of(options.model)));
+  }
+  if (!is_spectral && !is_published_model(options.model)) {
     return fail(
         ErrorCode::kInvalidArgument,
-        fmt::format("model: {} is not allowed for continuous records by method spectral; expected linear",
+        fmt::format("model: {} is not allowed for method {}; expected linear, no_damping, coriolis, "
+                    "squared_velocity or signed_squared_velocity ({} is for continuous records by "
+                    "method spectral)",
+                    name_of(options.model), name_of(records != 0 ? options.record_method : options.method),
                     name_of(options.model)));
   }
   if (records == 0 || options.record_method == Method::kSpectral) return records != 0;
@@ -204,7 +214,7 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   if (is_record) estimate.method = options.record_method;
   if (estimate.method == Method::kSpectral) {
     for (const Trial* trial : trials) estimate.trials_used.push_back(trial->number);
-    identify_records(trials, estimate);
+    identify_records(trials, options.model, estimate);
     return estimate;
   }
   reject_short(trials, rows, estimate);

@@ -52,6 +52,8 @@ enum class Reason : std::uint8_t {
   kHardening,          ///< A part of the force follows the cube of the displacement.
   kPositionDependent,  ///< Stiffness changes with position.
   kHeldSamples,        ///< A channel repeats its samples, or joins those of a slower rate.
+  kReflex,             ///< A part of the force follows the displacement 30 to 60 ms late.
+  kUnsettledModel,     ///< Undetermined: the coefficients of a model beyond (3) do not settle.
 };
 
 /// What an estimate is judged by; on the wire as FitTest.
@@ -66,6 +68,7 @@ enum class FitTest : std::uint8_t {
   kFriction,
   kHardening,
   kPosition,
+  kReflex,
   kClipping,
   kHeldSamples,
   kWidth,
@@ -91,6 +94,19 @@ struct Parameters {
   AxisMatrix B;
   AxisMatrix K;
   AxisVector X0;
+};
+
+/// A parameter beside M, B, K and X0, with its 95 % interval. Unit: force^force * s^time /
+/// displacement^length.
+struct ModelParameter {
+  std::string name;  ///< "friction_x", "cubic_stiffness", "reflex_stiffness_xy", "reflex_delay", ...
+  int force = 1;
+  int time = 0;
+  int length = 0;
+  double value = 0.0;
+  double std = 0.0;
+  double low = 0.0;
+  double high = 0.0;
 };
 
 /// A trial that was left out of the fit.
@@ -145,6 +161,8 @@ struct Estimate {
   double band_low = 0.0;  ///< Hz, that a spectral fit used; 0 and 0: none was chosen.
   double band_high = 0.0;
   double segment_duration = 0.0;  ///< s, of a spectral fit.
+  std::vector<ModelParameter> parameters;
+  std::string compared;  ///< Of Model::kAutomatic: what was compared and how it fared; else empty.
   std::vector<ConvergencePoint> trace;
   std::optional<double> settling_time;  ///< s; none: not traced, or not settled before the window's end.
   Information information;

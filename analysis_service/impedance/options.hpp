@@ -25,21 +25,31 @@ enum class Model : std::uint8_t {
   kCoriolis,               ///< (14) M X" + B_C [x1'^2, x1' x2', x2'^2]' + K (X - X0)
   kSquaredVelocity,        ///< (15) M X" + B [x1'^2, x2'^2]' + K (X - X0)
   kSignedSquaredVelocity,  ///< (15) with x' |x'| for x'^2.
+  kFriction,               ///< Method spectral: (3) and c sign(x'), axis by axis.
+  kCubic,                  ///< Method spectral: (3) and q x^2 + c x^3, axis by axis.
+  kReflex,                 ///< Method spectral: (3) and k x(t - delay) + b x'(t - delay).
+  kAutomatic,  ///< Method spectral: the simplest of linear, friction, cubic, reflex that passes every check.
 };
 
-/// The published ones, which perturbations are identified by.
+/// The published ones, which perturbations are identified by; those of method spectral beside them.
 inline constexpr Method kMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable};
 inline constexpr Method kRecordMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable,
                                             Method::kSpectral};
 inline constexpr Model kModels[] = {Model::kLinear, Model::kNoDamping, Model::kCoriolis,
                                     Model::kSquaredVelocity, Model::kSignedSquaredVelocity};
+inline constexpr Model kRecordModels[] = {Model::kLinear, Model::kFriction, Model::kCubic, Model::kReflex,
+                                          Model::kAutomatic};
 
 /// Names as files and the command line have them: lowpass, optimal, state_variable, spectral; linear,
-/// no_damping, coriolis, squared_velocity, signed_squared_velocity.
+/// no_damping, coriolis, squared_velocity, signed_squared_velocity, friction, cubic, reflex, auto.
 [[nodiscard]] std::string_view name_of(Method method);
 [[nodiscard]] std::string_view name_of(Model model);
 [[nodiscard]] Result<Method> method_named(std::string_view name);
 [[nodiscard]] Result<Model> model_named(std::string_view name);
+
+/// Whether method spectral has the model; whether the published methods have it.
+[[nodiscard]] bool is_record_model(Model model);
+[[nodiscard]] bool is_published_model(Model model);
 
 /// How a condition is identified. The defaults are the published settings.
 struct Options {

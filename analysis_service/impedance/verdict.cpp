@@ -117,6 +117,10 @@ std::string_view name_of(Reason reason) {
       return "position_dependent";
     case Reason::kHeldSamples:
       return "held_samples";
+    case Reason::kReflex:
+      return "reflex";
+    case Reason::kUnsettledModel:
+      return "unsettled_model";
   }
   return "unknown";
 }
@@ -134,6 +138,7 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.status = Status::kUndetermined;
     estimate.value = estimate.std = estimate.low = estimate.high = {};
     estimate.covariance.resize(0, 0);
+    estimate.parameters.clear();
     estimate.trace.clear();
     estimate.settling_time.reset();
   } else if (is_every_diagonal_negative(estimate)) {
