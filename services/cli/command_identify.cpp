@@ -8,6 +8,7 @@
 
 #include "analysis_service/offline/archived_session.hpp"
 #include "analysis_service/offline/offline.hpp"
+#include "analysis_service/service/judge_options.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/core/json_text.hpp"
@@ -27,6 +28,7 @@ struct IdentifyOptions {
   std::string model = "linear";
   impedance::Options settings;
   int force_sign = 0;
+  identification::JudgeOptions judge;
   std::string json;
 };
 
@@ -64,7 +66,7 @@ Estimates identify_dataset(const IdentifyOptions& options, const std::vector<imp
   const auto dataset = recording::Dataset::open(options.source);
   if (!dataset) return dataset.error();
   const auto sign = options.force_sign == 0 ? std::nullopt : std::optional<int>(options.force_sign);
-  return identification::identify_dataset(*dataset, analyses, sign);
+  return identification::identify_dataset(*dataset, analyses, sign, options.judge.choice());
 }
 
 Estimates identify_archive(const std::string& name, const IdentifyOptions& options,
@@ -86,7 +88,7 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
     if (auto valid = impedance::validate(options.settings, period); !valid) return valid.error();
     break;
   }
-  return identification::identify_session(**store, *session, analyses);
+  return identification::identify_session(**store, *session, analyses, options.judge.choice());
 }
 
 /// A file or a URL is an archive; a folder is a dataset, or the data folder of a system with its archive in
@@ -151,7 +153,8 @@ void add_identify_command(CLI::App& app, Command& chosen) {
       ->capture_default_str();
   command
       ->add_option("--model", options->model,
-                   "linear, no_damping, coriolis, squared_velocity, signed_squared_velocity or all")
+                   "linear, no_damping, coriolis, squared_velocity, signed_squared_velocity or all; of "
+                   "continuous records linear, friction, cubic, reflex or auto, the simplest that passes")
       ->capture_default_str();
   command->add_option("--window", options->settings.window, "s from the onset that are fitted")
       ->capture_default_str();
@@ -165,6 +168,7 @@ void add_identify_command(CLI::App& app, Command& chosen) {
       ->add_option("--force-sign", options->force_sign,
                    "+1 or -1: of a one-axis dataset that does not state it")
       ->check(CLI::IsMember({-1, 1}));
+  options->judge.add_to(*command);
   command->add_option("--json", options->json, "file for the results");
   command->callback([options, &chosen] {
     chosen = [options] {
