@@ -113,6 +113,7 @@ FitSignals fit_signals(const Trial& trial, const Options& options, double natura
       signals = trial.axes() == 1 ? state_variable<1>(trial, options, natural_frequency)
                                   : state_variable<2>(trial, options, natural_frequency);
       break;
+    case Method::kRefined:
     case Method::kSpectral:  // fits no signals by sample
       break;
   }

@@ -10,6 +10,7 @@
 #include "analysis_service/impedance/fit_signals.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
 #include "analysis_service/impedance/record_identification.hpp"
+#include "analysis_service/impedance/refined_identification.hpp"
 #include "analysis_service/impedance/sized.hpp"
 #include "analysis_service/impedance/tuning.hpp"
 #include "analysis_service/impedance/unit_factor.hpp"
@@ -147,9 +148,19 @@ Result<bool> are_records(const TrialPointers& trials, const Options& options) {
                     records, std::ssize(trials) - records));
   }
   if (records == 0 && options.method == Method::kSpectral) {
+    return fail(ErrorCode::kInvalidArgument,
+                "method: spectral is not allowed for perturbations; expected lowpass, optimal, "
+                "state_variable or refined");
+  }
+  if (records == 0 && !has_model(options.method, options.model)) {
     return fail(
         ErrorCode::kInvalidArgument,
-        "method: spectral is not allowed for perturbations; expected lowpass, optimal or state_variable");
+        fmt::format("model: {} is not allowed for method refined; expected linear", name_of(options.model)));
+  }
+  if (records != 0 && options.record_method == Method::kRefined) {
+    return fail(ErrorCode::kInvalidArgument,
+                "method: refined is not allowed for continuous records; expected lowpass, optimal, "
+                "state_variable or spectral");
   }
   const bool is_spectral = records != 0 && options.record_method == Method::kSpectral;
   if (is_spectral && !is_record_model(options.model)) {
@@ -233,7 +244,9 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     if (estimate.natural_frequency <= 0.0) failure = Reason::kRankDeficient;
   }
   if (known->diagnosis.is_single_direction) failure = Reason::kSingleDirection;
-  if (!failure) {
+  if (!failure && estimate.method == Method::kRefined) {
+    failure = identify_refined(trials, options, known->diagnosis, estimate);
+  } else if (!failure) {
     failure = with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
       return fit<kSize, kAxes>(trials, options, rows, estimate);
     });

@@ -36,6 +36,7 @@ enum class Reason : std::uint8_t {
   kClippedForce,       ///< Suspect: a force channel stands still at its extreme.
   kShortTrial,         ///< Trial left out: it ends before the window does.
   kForceSign,          ///< Suspect: M, B and K are all negative: the force has the opposite sign.
+  kNoCommand,          ///< Undetermined: method refined, and the commanded displacement is not known.
   kTooFewSamples,      ///< Undetermined: the records have too few usable rows.
   kNoMotion,           ///< Undetermined: displacement or force of an axis does not move.
   kTooFewSegments,     ///< Undetermined: no enough segments between the gaps while the input is on.
@@ -170,6 +171,9 @@ struct Estimate {
 
 /// Identifies one condition (posture, bias, instruction) from its valid trials: M, B, K, X0 of (3) or the
 /// model's other parameters, their standard deviations and 95 % intervals, and whether to trust them.
+///
+/// Method refined: refined_identification.hpp, for perturbations whose commanded displacement is known, and
+/// model (3). The others:
 ///
 /// Law: least squares of F on [x" x' x 1] (method, section 4) in square-root information form; trials are
 /// taken in ascending number, so that the result does not depend, to the last bit, on the order given.

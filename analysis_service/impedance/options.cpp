@@ -30,6 +30,8 @@ std::string_view name_of(Method method) {
       return "optimal";
     case Method::kStateVariable:
       return "state_variable";
+    case Method::kRefined:
+      return "refined";
     case Method::kSpectral:
       return "spectral";
   }
@@ -60,7 +62,7 @@ std::string_view name_of(Model model) {
   return "unknown";
 }
 
-Result<Method> method_named(std::string_view name) { return named<Method>(kRecordMethods, name, "method"); }
+Result<Method> method_named(std::string_view name) { return named<Method>(kEveryMethod, name, "method"); }
 
 Result<Model> model_named(std::string_view name) {
   std::vector<Model> all(std::begin(kModels), std::end(kModels));
@@ -73,17 +75,25 @@ bool is_record_model(Model model) {
 }
 bool is_published_model(Model model) { return std::ranges::find(kModels, model) != std::end(kModels); }
 
+bool suits(Method method, bool is_record) {
+  if (is_record) return std::ranges::find(kRecordMethods, method) != std::end(kRecordMethods);
+  return std::ranges::find(kPerturbationMethods, method) != std::end(kPerturbationMethods);
+}
+
+bool has_model(Method method, Model model) { return method != Method::kRefined || model == Model::kLinear; }
+
 Result<Options> with_method(Options options, std::string_view name) {
   if (name == kAutomatic) return options;
   auto method = method_named(name);
   if (!method) return fail(method.error().code, method.error().message + ", auto or all");
-  options.method = options.record_method = *method;
+  options.method = *method;
+  if (*method != Method::kRefined) options.record_method = *method;
   return options;
 }
 
 std::vector<Options> by_every_method(const Options& options) {
   std::vector<Options> all;
-  for (const Method method : kRecordMethods) {
+  for (const Method method : kEveryMethod) {
     all.push_back(options);
     all.back().method = all.back().record_method = method;
   }

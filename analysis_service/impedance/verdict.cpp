@@ -85,6 +85,8 @@ std::string_view name_of(Reason reason) {
       return "short_trial";
     case Reason::kForceSign:
       return "force_sign";
+    case Reason::kNoCommand:
+      return "no_command";
     case Reason::kTooFewSamples:
       return "too_few_samples";
     case Reason::kNoMotion:

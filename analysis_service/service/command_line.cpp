@@ -74,6 +74,7 @@ Result<ServiceSettings> CommandLine::settings(const std::string& rig) const {
   TONUS_TRY_ASSIGN(const auto by_method, analyses_by_method());
   for (impedance::Options options : by_method) {
     for (const auto model : *models) {
+      if (by_method.size() > 1 && !impedance::has_model(options.method, model)) continue;
       options.model = model;
       options.natural_frequency = natural_frequency_;
       settings.core.book.analyses.push_back(options);

@@ -156,10 +156,10 @@ v1::FitTest to_wire_test(impedance::FitTest test) {
       return v1::FIT_FRICTION;
     case FitTest::kHardening:
       return v1::FIT_HARDENING;
-    case FitTest::kPosition:
-      return v1::FIT_POSITION;
     case FitTest::kReflex:
       return v1::FIT_REFLEX;
+    case FitTest::kPosition:
+      return v1::FIT_POSITION;
     case FitTest::kClipping:
       return v1::FIT_CLIPPING;
     case FitTest::kHeldSamples:

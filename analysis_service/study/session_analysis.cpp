@@ -14,7 +14,7 @@ using identification::Condition;
 
 std::vector<impedance::Options> analyses() {
   std::vector<impedance::Options> all;
-  for (const impedance::Method method : impedance::kMethods) {
+  for (const impedance::Method method : impedance::kPerturbationMethods) {
     impedance::Options options;
     options.method = method;
     options.has_trace = method == impedance::Method::kStateVariable;

@@ -49,6 +49,7 @@ Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& optio
   std::vector<impedance::Options> analyses;
   for (const auto& method : methods) {
     for (const auto model : models) {
+      if (methods.size() > 1 && !impedance::has_model(method.method, model)) continue;
       analyses.push_back(method);
       analyses.back().model = model;
     }
@@ -147,9 +148,8 @@ void add_identify_command(CLI::App& app, Command& chosen) {
                       "of an archive: the session's id or its beginning; default: the one that began last");
   command
       ->add_option("--method", options->method,
-                   "lowpass, optimal, state_variable, spectral or all; auto: state_variable for "
-                   "perturbations, spectral for "
-                   "continuous records")
+                   "lowpass, optimal, state_variable, refined, spectral or all; auto: state_variable for "
+                   "perturbations, spectral for continuous records")
       ->capture_default_str();
   command
       ->add_option("--model", options->model,
