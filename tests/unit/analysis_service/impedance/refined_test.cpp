@@ -68,7 +68,6 @@ TEST(RefinedMethod, RefusesModelsAndRecordsThatItDoesNotHave) {
 TEST(RefinedMethod, ServesOneAxis) {
   auto trials =
       simulate(typical_subject(), rig_with_command(), {0.0, 3.14159265, 0.0, 3.14159265, 0.0, 0.0}, 3);
-  const SimulatedArm arm = typical_subject();
   for (Trial& trial : trials) {
     // The handle is led along x: what the arm pulls along y is the rail's.
     trial.displacement = trial.displacement.leftCols(1).eval();
