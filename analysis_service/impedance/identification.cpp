@@ -245,13 +245,15 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   }
   if (known->diagnosis.is_single_direction) failure = Reason::kSingleDirection;
   if (!failure && estimate.method == Method::kRefined) {
-    failure = identify_refined(trials, options, known->diagnosis, estimate);
+    failure = identify_refined(trials, options, estimate);
   } else if (!failure) {
     failure = with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
       return fit<kSize, kAxes>(trials, options, rows, estimate);
     });
   }
-  conclude(estimate, failure, known->diagnosis);
+  Diagnosis diagnosis = known->diagnosis;
+  if (estimate.method == Method::kRefined) diagnosis.is_force_shifted = false;  // it has a test of its own
+  conclude(estimate, failure, diagnosis);
   return estimate;
 }
 

@@ -148,6 +148,7 @@ struct Estimate {
       covariance;        ///< Of vec(Theta), column by column: (regressors*axes) square; none in undetermined.
   AxisVector sigma;      ///< N, (16) as root mean square, of the (filtered) force that was fitted.
   AxisVector explained;  ///< Share of that force's variation about its mean that the model explains (R2).
+                         ///< Method refined: of the mean response to the command.
   double condition_number =
       0.0;  ///< Of the regressor with columns scaled to unit length; infinite if singular.
   Eigen::Index samples = 0;

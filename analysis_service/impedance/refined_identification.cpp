@@ -5,7 +5,6 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
-#include "analysis_service/impedance/force_lag.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/student_t.hpp"
 #include "analysis_service/impedance/verdict.hpp"
@@ -14,9 +13,11 @@
 namespace tonus::impedance {
 namespace {
 
-constexpr double kSignificance = 0.01 / 4.0;  // Four tests: 1 % over all of them.
+constexpr double kSignificance = 0.01 / 5.0;  // Five tests: 1 % over all of them.
 constexpr double kLargestEffect = 1.0;        // Of a term, in 95 % half-widths of what it changes.
 constexpr double kLargestMisfit = 0.05;       // Of the mean response's force.
+constexpr double kLargestLag = 0.001;         // s
+constexpr double kLargestWidth = 0.5;         // 95 % half-width, of the matrix's largest element.
 
 refined::Trial input_of(const Trial& trial) {
   return {trial.displacement,       trial.force,      trial.commanded, trial.onset,
@@ -116,19 +117,46 @@ void check_model(const refined::Estimate& found, Estimate& estimate) {
   }
 }
 
-void check_data(const Diagnosis& diagnosis, Estimate& estimate) {
-  const double explained = estimate.explained.minCoeff();
-  add_check(FitTest::kExplainedShare, explained, kLeastExplained, explained >= kLeastExplained,
-            Reason::kUnexplained,
-            fmt::format("the model explains {:.3g} % of the force, at least {:.3g} %", 100.0 * explained,
-                        100.0 * kLeastExplained),
+/// The force is late where the lag is significant and either large or changes M, B, K beyond their intervals.
+void check_lag(const refined::LagTest& test, Estimate& estimate) {
+  estimate.force_lag = test.lag;
+  Eigen::Index axis = 0;
+  const double lag = test.lag.cwiseAbs().maxCoeff(&axis);
+  const bool is_late = test.p < kSignificance && (lag > kLargestLag || test.effect > kLargestEffect);
+  const double half = 1.96 * test.std[axis];
+  add_check(FitTest::kLag, lag, is_late ? std::min(kLargestLag, half) : std::max(kLargestLag, lag), !is_late,
+            Reason::kForceShifted,
+            fmt::format("the force is {:.2f} ms {} than the displacement, give or take {:.2f} ms", 1e3 * lag,
+                        test.lag[axis] > 0.0 ? "later" : "earlier", 1e3 * half),
             estimate);
-  if (diagnosis.is_lag_examined) {
-    const double lag = diagnosis.force_lag.cwiseAbs().maxCoeff();
-    const bool is_passed = !diagnosis.is_force_shifted;
-    estimate.checks.push_back(
-        {FitTest::kLag, lag, is_passed ? std::max(kLagTolerated, lag) : kLagTolerated, is_passed});
+}
+
+/// Force that follows no motion gives intervals as wide as the matrix.
+void check_width(Estimate& estimate) {
+  double widest = 0.0;
+  for (AxisMatrix Parameters::*matrix : {&Parameters::M, &Parameters::B, &Parameters::K}) {
+    const double half = 0.5 * (estimate.high.*matrix - estimate.low.*matrix).cwiseAbs().maxCoeff();
+    widest = std::max(widest, half / (estimate.value.*matrix).cwiseAbs().maxCoeff());
   }
+  add_check(FitTest::kWidth, widest, kLargestWidth, widest <= kLargestWidth, Reason::kWide,
+            fmt::format("a 95 % half-width is {:.3g} % of the matrix's largest element, at most {:.3g} %; "
+                        "measure more trials",
+                        100.0 * widest, 100.0 * kLargestWidth),
+            estimate);
+}
+
+/// What the trials scatter about the model is in the intervals: explained is asked of their mean response.
+void check_data(const refined::Estimate& found, Estimate& estimate) {
+  const double explained = estimate.explained.minCoeff();
+  const bool is_explained = explained >= kLeastExplained || found.misfit.p >= kSignificance;
+  add_check(FitTest::kExplainedShare, explained,
+            is_explained ? std::min(kLeastExplained, explained) : kLeastExplained, is_explained,
+            Reason::kUnexplained,
+            fmt::format("the model explains {:.3g} % of the force's mean response, at least {:.3g} %",
+                        100.0 * explained, 100.0 * kLeastExplained),
+            estimate);
+  check_lag(found.lag, estimate);
+  check_width(estimate);
   add_check(FitTest::kUnits, static_cast<double>(estimate.units), kFewestUnits,
             estimate.units >= kFewestUnits, Reason::kFewUnits,
             fmt::format("{} independent units, at least {}", estimate.units, kFewestUnits), estimate);
@@ -137,7 +165,7 @@ void check_data(const Diagnosis& diagnosis, Estimate& estimate) {
 }  // namespace
 
 std::optional<Reason> identify_refined(std::span<const Trial* const> trials, const Options& options,
-                                       const Diagnosis& diagnosis, Estimate& estimate) {
+                                       Estimate& estimate) {
   std::vector<refined::Trial> inputs;
   for (const Trial* trial : trials) inputs.push_back(input_of(*trial));
   const refined::Settings settings{trials.front()->sample_period, options.window,
@@ -149,9 +177,9 @@ std::optional<Reason> identify_refined(std::span<const Trial* const> trials, con
   estimate.condition_number = found.condition;
   if (!(found.condition * options.rank_margin < 1.0)) return Reason::kRankDeficient;
   estimate.sigma = found.sigma;
-  estimate.explained = found.explained;
+  estimate.explained = found.misfit.explained;
   set_numbers(found, estimate);
-  check_data(diagnosis, estimate);
+  check_data(found, estimate);
   check_model(found, estimate);
   return std::nullopt;
 }

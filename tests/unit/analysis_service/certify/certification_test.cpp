@@ -40,6 +40,11 @@ TEST(Certify, RefinedErrsLessThanEveryPublishedMethodUnderALivingArm) {
   }
 }
 
+TEST(Certify, RefinedFlagsHardlyAnySoundConditionAlsoWithEncoderStepsAndALivingArm) {
+  for (const std::size_t setting : {0U, 1U, 2U})
+    EXPECT_LE(of(slice(setting), impedance::Method::kRefined).suspect, 2U) << setting;
+}
+
 TEST(Certify, SameSeedGivesTheSameNumbers) {
   Cell cell;
   cell.setting = settings()[0];
