@@ -9,6 +9,7 @@
 #include <utility>
 
 #include "analysis_service/certify/bound.hpp"
+#include "analysis_service/certify/imperfect_arm.hpp"
 #include "analysis_service/impedance/identification.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "services/core/parallel.hpp"
@@ -24,13 +25,15 @@ Eigen::Index matrix_of(Eigen::Index element) { return element / 4; }  // 12 and 
 struct Outcome {
   bool is_determined = false;
   bool is_suspect = false;
-  Eigen::VectorXd error;   // as a share of the largest element; m for X0
-  Eigen::VectorXd bound;   // 12, alike
-  Eigen::VectorXd inside;  // 1 or 0
+  Eigen::VectorXd error;          // as a share of the largest element; m for X0
+  Eigen::VectorXd bound;          // 12, alike
+  Eigen::VectorXd inside;         // 1 or 0
+  Eigen::VectorXd inside_secant;  // of K
   Eigen::VectorXd half;
 };
 
-Outcome outcome_of(const impedance::Estimate& estimate, const Truth& truth, const Eigen::VectorXd& bound) {
+Outcome outcome_of(const impedance::Estimate& estimate, const Truth& truth, const Eigen::Matrix2d& secant,
+                   const Eigen::VectorXd& bound) {
   Outcome outcome;
   outcome.is_determined = estimate.status != impedance::Status::kUndetermined;
   outcome.is_suspect = estimate.status == impedance::Status::kSuspect;
@@ -46,7 +49,19 @@ Outcome outcome_of(const impedance::Estimate& estimate, const Truth& truth, cons
   outcome.half = (0.5 * (high - low)).cwiseQuotient(scale);
   outcome.bound = bound.cwiseQuotient(scale.head(12));
   outcome.inside = (low.array() <= expected.array() && expected.array() <= high.array()).cast<double>();
+  const Eigen::ArrayXd stiffness = secant.reshaped();
+  outcome.inside_secant =
+      (low.segment(8, 4).array() <= stiffness && stiffness <= high.segment(8, 4).array()).cast<double>();
   return outcome;
+}
+
+/// Share of the elements of all conditions that an ok estimate's interval misses.
+template <typename Inside>
+double wrong_and_ok(const std::vector<Outcome>& outcomes, const Inside& inside) {
+  double sum = 0.0;
+  for (const Outcome& outcome : outcomes)
+    sum += outcome.is_determined && !outcome.is_suspect ? 1.0 - inside(outcome).mean() : 0.0;
+  return outcomes.empty() ? 0.0 : sum / static_cast<double>(outcomes.size());
 }
 
 /// Mean over conditions of `value(outcome)`, and its standard error.
@@ -93,10 +108,25 @@ MatrixWorth worth_of(const std::vector<Outcome>& outcomes, Eigen::Index matrix) 
       mean_of(outcomes, [&](const Outcome& o) { return o.inside.segment(first, size).mean(); });
   worth.half_width =
       mean_of(outcomes, [&](const Outcome& o) { return o.half.segment(first, size).mean(); }).first;
+  worth.wrong_and_ok =
+      wrong_and_ok(outcomes, [&](const Outcome& o) { return o.inside.segment(first, size); });
   return worth;
 }
 
 }  // namespace
+
+const std::vector<NamedError>& model_errors() {
+  static const std::vector<NamedError> all = {
+      {"none", {}},
+      {"reflex 15 %", {.reflex = 0.15}},
+      {"reflex 40 %", {.reflex = 0.4}},
+      {"slack 0.3 mm", {.slack = 3e-4}},
+      {"slack 1 mm", {.slack = 1e-3}},
+      {"hardening 10 %", {.hardening = 0.1}},
+      {"hardening 30 %", {.hardening = 0.3}},
+  };
+  return all;
+}
 
 std::vector<MethodWorth> certify(const Cell& cell, const Progress& progress) {
   constexpr std::size_t kMethods = std::size(impedance::kPerturbationMethods);
@@ -108,6 +138,7 @@ std::vector<MethodWorth> certify(const Cell& cell, const Progress& progress) {
     const Truth truth = draw_truth(static_cast<int>(i % 5), random);
     const auto trials = simulate_condition(truth, cell.design, cell.setting, random);
     const Eigen::VectorXd bound = bound_of(truth, cell.design, cell.setting);
+    const Eigen::Matrix2d secant = secant_stiffness(truth, cell.setting.error);
     std::vector<impedance::Options> analyses;
     for (const auto method : impedance::kPerturbationMethods) {
       analyses.emplace_back();
@@ -117,7 +148,7 @@ std::vector<MethodWorth> certify(const Cell& cell, const Progress& progress) {
     }
     const auto estimates = impedance::identify_each(trials, analyses);
     for (std::size_t m = 0; m < kMethods; ++m) {
-      if (estimates[m]) outcomes[m][i] = outcome_of(*estimates[m], truth, bound);
+      if (estimates[m]) outcomes[m][i] = outcome_of(*estimates[m], truth, secant, bound);
     }
     const std::uint64_t count = ++done;
     if (!progress) return;
@@ -135,6 +166,7 @@ std::vector<MethodWorth> certify(const Cell& cell, const Progress& progress) {
     }
     for (Eigen::Index matrix = 0; matrix < 4; ++matrix)
       worth.matrices[static_cast<std::size_t>(matrix)] = worth_of(outcomes[m], matrix);
+    worth.wrong_and_ok_secant = wrong_and_ok(outcomes[m], [](const Outcome& o) { return o.inside_secant; });
     all.push_back(worth);
   }
   return all;

@@ -8,6 +8,8 @@
 #include <numbers>
 #include <unsupported/Eigen/MatrixFunctions>
 
+#include "analysis_service/certify/imperfect_arm.hpp"
+#include "analysis_service/certify/own_force.hpp"
 #include "services/mechanics/two_link.hpp"
 
 namespace tonus::certify {
@@ -33,47 +35,6 @@ Eigen::Matrix2d drawn_matrix(double middle, double spread, std::mt19937_64& rand
                                middle * (1.0 + between(-spread, spread, random)));
   return turn.toRotationMatrix() * values.asDiagonal() * turn.toRotationMatrix().transpose();
 }
-
-/// The arm's own force, step by step.
-class OwnForce {
- public:
-  OwnForce(const Disturbance& disturbance, double step, std::mt19937_64& random)
-      : decay_(std::exp(-step / disturbance.drift_time)),
-        turn_(std::polar(std::exp(-kTwoPi * disturbance.tremor_bandwidth * step),
-                         kTwoPi * disturbance.tremor_frequency * step)),
-        disturbance_(disturbance),
-        random_(random) {
-    for (int axis = 0; axis < 2; ++axis) {
-      drift_[axis] = disturbance.drift * normal_(random_);
-      tremor_[static_cast<std::size_t>(axis)] =
-          disturbance.tremor * std::complex<double>(normal_(random_), normal_(random_));
-    }
-  }
-
-  Eigen::Vector2d next() {
-    Eigen::Vector2d force;
-    for (int axis = 0; axis < 2; ++axis) {
-      auto& tremor = tremor_[static_cast<std::size_t>(axis)];
-      if (disturbance_.drift > 0.0)
-        drift_[axis] =
-            decay_ * drift_[axis] + disturbance_.drift * std::sqrt(1.0 - decay_ * decay_) * normal_(random_);
-      if (disturbance_.tremor > 0.0)
-        tremor = turn_ * tremor + disturbance_.tremor * std::sqrt(1.0 - std::norm(turn_)) *
-                                      std::complex<double>(normal_(random_), normal_(random_));
-      force[axis] = drift_[axis] + tremor.real();
-    }
-    return force;
-  }
-
- private:
-  double decay_;
-  std::complex<double> turn_;
-  const Disturbance& disturbance_;
-  std::mt19937_64& random_;
-  std::normal_distribution<double> normal_;
-  Eigen::Vector2d drift_ = Eigen::Vector2d::Zero();
-  std::array<std::complex<double>, 2> tremor_{};
-};
 
 /// z+ = E z + G1 u + G2 (u+ - u) of z = [x; x'], u = [xc; d]: exact for straight inputs.
 struct Step {
@@ -193,7 +154,11 @@ std::vector<impedance::Trial> simulate_condition(const Truth& truth, const Desig
                                                  const Setting& setting, std::mt19937_64& random) {
   std::vector<impedance::Trial> trials;
   for (int number = 0; number < design.trials; ++number) {
-    Motion motion = simulate_motion(truth, design, setting.disturbance, target_of(design, number), random);
+    const Eigen::Vector2d target = target_of(design, number);
+    Motion motion =
+        setting.error.is_none()
+            ? simulate_motion(truth, design, setting.disturbance, target, random)
+            : simulate_imperfect(truth, design, setting.disturbance, setting.error, target, random);
     add_noise(motion.force, setting.sensors.force_noise, random);
     add_noise(motion.x, setting.sensors.displacement_noise, random);
     if (setting.sensors.encoder_step > 0.0)

@@ -38,11 +38,22 @@ struct Design {
   double window = 1.0;           ///< s from the onset.
 };
 
-/// A named choice of both.
+/// How an arm, or its grip, differs from M, B, K.
+struct ModelError {
+  double reflex = 0.0;  ///< Of K: the elastic force follows the displacement of `reflex_delay` ago, too.
+  double reflex_delay = 0.04;  ///< s.
+  double hardening = 0.0;      ///< Of K: by how much the secant stiffness rises to 5 mm, with the square.
+  double slack = 0.0;  ///< m: the handle moves so far from the grip's centre before it meets the hand.
+
+  [[nodiscard]] bool is_none() const { return reflex == 0.0 && hardening == 0.0 && slack == 0.0; }
+};
+
+/// A named choice of all.
 struct Setting {
   std::string name;
   Sensors sensors;
   Disturbance disturbance;
+  ModelError error{};
 };
 
 /// "white": white noise on both sensors. "encoder": displacement rounded to encoder steps. "living": white,

@@ -23,6 +23,7 @@ struct CertifyOptions {
   std::vector<std::string> settings{"white", "encoder", "living"};
   double rise = 0.2;
   double amplitude_mm = 5.0;
+  bool has_errors = false;
   std::string json;
 };
 
@@ -40,8 +41,8 @@ void print(const certify::Cell& cell, const std::vector<certify::MethodWorth>& w
   std::printf("%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu\n",
               cell.setting.name.c_str(), cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
               cell.conditions, static_cast<unsigned long long>(cell.seed));
-  std::printf("  %-15s%-4s%18s%12s%18s%18s%14s\n", "method", "", "largest bias", "RMSE", "RMSE/bound (worst)",
-              "coverage", "half-width");
+  std::printf("  %-15s%-4s%18s%12s%18s%18s%14s\n", "method", "", "largest bias", "RMSE",
+              "  RMSE/bound (worst)", "coverage", "half-width");
   for (const certify::MethodWorth& worth : worths) {
     for (std::size_t i = 0; i < 4; ++i) {
       const certify::MatrixWorth& m = worth.matrices[i];
@@ -61,19 +62,41 @@ void print(const certify::Cell& cell, const std::vector<certify::MethodWorth>& w
   std::fflush(stdout);
 }
 
+void print_errors_head(const certify::Cell& cell) {
+  std::printf(
+      "%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu; elements wrong and ok, %%\n",
+      cell.setting.name.c_str(), cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
+      cell.conditions, static_cast<unsigned long long>(cell.seed));
+  std::printf("  %-16s%-16s%10s%8s%8s%8s%14s\n", "arm", "method", "flagged", "M", "B", "K", "K to 5 mm");
+}
+
+void print_errors(const std::string& name, const std::vector<certify::MethodWorth>& worths) {
+  for (const certify::MethodWorth& worth : worths) {
+    const auto flagged = static_cast<double>(worth.suspect + worth.undetermined);
+    std::printf("  %-16s%-16s%8.1f %%%8.1f%8.1f%8.1f%14.1f\n", &worth == &worths.front() ? name.c_str() : "",
+                std::string(impedance::name_of(worth.method)).c_str(),
+                100.0 * flagged / static_cast<double>(worth.conditions),
+                100.0 * worth.matrices[0].wrong_and_ok, 100.0 * worth.matrices[1].wrong_and_ok,
+                100.0 * worth.matrices[2].wrong_and_ok, 100.0 * worth.wrong_and_ok_secant);
+  }
+  std::fflush(stdout);
+}
+
 nlohmann::json as_json(const certify::Cell& cell, const std::vector<certify::MethodWorth>& worths) {
   nlohmann::json methods = nlohmann::json::array();
   for (const certify::MethodWorth& worth : worths) {
     nlohmann::json one = {{"method", impedance::name_of(worth.method)},
                           {"suspect", worth.suspect},
-                          {"undetermined", worth.undetermined}};
+                          {"undetermined", worth.undetermined},
+                          {"wrong_and_ok_secant", worth.wrong_and_ok_secant}};
     for (std::size_t i = 0; i < 4; ++i) {
       const certify::MatrixWorth& m = worth.matrices[i];
       const bool is_centre = i == 3;
       const std::string unit = is_centre ? "_m" : "_share";
-      one[kMatrices[i]] = {{"bias" + unit, m.bias},  {"bias_error" + unit, m.bias_error},
-                           {"rmse" + unit, m.rmse},  {"half_width" + unit, m.half_width},
-                           {"coverage", m.coverage}, {"coverage_error", m.coverage_error}};
+      one[kMatrices[i]] = {{"bias" + unit, m.bias},         {"bias_error" + unit, m.bias_error},
+                           {"rmse" + unit, m.rmse},         {"half_width" + unit, m.half_width},
+                           {"coverage", m.coverage},        {"coverage_error", m.coverage_error},
+                           {"wrong_and_ok", m.wrong_and_ok}};
       if (is_centre) continue;
       one[kMatrices[i]]["rmse_over_bound"] = m.over_bound;
       one[kMatrices[i]]["worst_rmse_over_bound"] = m.worst_over_bound;
@@ -89,6 +112,26 @@ nlohmann::json as_json(const certify::Cell& cell, const std::vector<certify::Met
           {"methods", methods}};
 }
 
+std::vector<certify::MethodWorth> certified(const certify::Cell& cell, const std::string& what) {
+  ProgressBar progress(what);
+  auto worths = certify::certify(
+      cell, [&](std::uint64_t done, std::uint64_t all) { progress.show(done, all, "conditions"); });
+  progress.clear();
+  return worths;
+}
+
+void certify_errors(certify::Cell cell, nlohmann::json& cells) {
+  print_errors_head(cell);
+  for (const certify::NamedError& one : certify::model_errors()) {
+    cell.setting.error = one.error;
+    const auto worths = certified(cell, fmt::format("{}, {}", cell.setting.name, one.name));
+    print_errors(one.name, worths);
+    cells.push_back(as_json(cell, worths));
+    cells.back()["arm"] = one.name;
+  }
+  std::printf("\n");
+}
+
 Result<void> certify_all(const CertifyOptions& options) {
   nlohmann::json cells = nlohmann::json::array();
   for (const std::string& name : options.settings) {
@@ -101,10 +144,11 @@ Result<void> certify_all(const CertifyOptions& options) {
       cell.design.amplitude = 1e-3 * options.amplitude_mm;
       cell.conditions = options.conditions;
       cell.seed = options.seed;
-      ProgressBar progress(fmt::format("{}, {} trials", name, trials));
-      const auto worths = certify::certify(
-          cell, [&](std::uint64_t done, std::uint64_t all) { progress.show(done, all, "conditions"); });
-      progress.clear();
+      if (options.has_errors) {
+        certify_errors(cell, cells);
+        continue;
+      }
+      const auto worths = certified(cell, fmt::format("{}, {} trials", name, trials));
       print(cell, worths);
       cells.push_back(as_json(cell, worths));
     }
@@ -138,6 +182,9 @@ void add_certify_command(CLI::App& app, Command& chosen) {
   command->add_option("--amplitude", options->amplitude_mm, "of the perturbation, mm")
       ->check(CLI::Range(0.1, 50.0))
       ->capture_default_str();
+  command->add_flag(
+      "--model-errors", options->has_errors,
+      "arms with a reflex, slack in the grip, hardening: what is flagged, what is wrong and ok");
   command->add_option("--json", options->json, "file for the results");
   command->callback([options, &chosen] {
     chosen = [options] {

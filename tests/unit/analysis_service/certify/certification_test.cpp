@@ -45,6 +45,18 @@ TEST(Certify, RefinedFlagsHardlyAnySoundConditionAlsoWithEncoderStepsAndALivingA
     EXPECT_LE(of(slice(setting), impedance::Method::kRefined).suspect, 2U) << setting;
 }
 
+TEST(Certify, RefinedFlagsSlackOfOneMillimetreAndHardeningOfAThird) {
+  for (const NamedError& one : model_errors()) {
+    if (one.error.slack < 9e-4 && one.error.hardening < 0.29) continue;
+    Cell cell;
+    cell.setting = settings()[2];
+    cell.setting.error = one.error;
+    cell.conditions = 20;
+    cell.seed = 11;
+    EXPECT_GE(of(certify(cell), impedance::Method::kRefined).suspect, 19U) << one.name;
+  }
+}
+
 TEST(Certify, SameSeedGivesTheSameNumbers) {
   Cell cell;
   cell.setting = settings()[0];
