@@ -45,8 +45,8 @@ inline constexpr Model kModels[] = {Model::kLinear, Model::kNoDamping, Model::kC
 inline constexpr Model kRecordModels[] = {Model::kLinear, Model::kFriction, Model::kCubic, Model::kReflex,
                                           Model::kAutomatic};
 
-/// Names as files and the command line have them: lowpass, optimal, state_variable, refined, spectral; linear,
-/// no_damping, coriolis, squared_velocity, signed_squared_velocity, friction, cubic, reflex, auto.
+/// Names as files and the command line have them: lowpass, optimal, state_variable, refined, spectral;
+/// linear, no_damping, coriolis, squared_velocity, signed_squared_velocity, friction, cubic, reflex, auto.
 [[nodiscard]] std::string_view name_of(Method method);
 [[nodiscard]] std::string_view name_of(Model model);
 [[nodiscard]] Result<Method> method_named(std::string_view name);
