@@ -69,9 +69,8 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
   for (std::size_t i = 0; i < all_identified.size(); ++i) {
     const impedance::Options& options = settings_.analyses[i];
     const impedance::Method method = has_records ? options.record_method : options.method;
-    // Of all methods, perturbations have the published ones.
-    const bool is_for_records = !has_records && method == impedance::Method::kSpectral;
-    if (is_for_records && settings_.analyses.size() > 1) continue;
+    // Of all methods, each has the data that it suits.
+    if (!impedance::suits(method, has_records) && settings_.analyses.size() > 1) continue;
     auto& identified = all_identified[i];
     ConditionEstimate estimate;
     estimate.condition = found->first;

@@ -7,14 +7,11 @@
 namespace tonus::identification {
 
 IdentificationCore::IdentificationCore(const CoreSettings& settings)
-    : settings_(settings),
-      assembler_(settings.assembler),
-      judge_(settings.judge),
-      book_(settings.book),
-      live_(settings.live) {}
+    : settings_(settings), assembler_(settings.assembler), book_(settings.book), live_(settings.live) {}
 
-void IdentificationCore::set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate) {
-  rigs_[rig] = {geometry, sample_rate};
+void IdentificationCore::set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate,
+                                 bool is_rotary) {
+  rigs_[rig] = {geometry, sample_rate, is_rotary};
 }
 
 void IdentificationCore::set_session(const Id& session) {
@@ -78,7 +75,8 @@ void IdentificationCore::settle_held(Clock::TimePoint now, Output& output) {
 void IdentificationCore::settle(MeasuredTrial trial, Output& output) {
   const TrialReport report = trial.report;
   const Rig* rig = rig_of(report.plan);
-  Verdict verdict = judge_.judge(trial, rig != nullptr ? &rig->geometry : nullptr);
+  const TrialJudge judge(settings_.judge.limits(rig != nullptr && rig->is_rotary));
+  Verdict verdict = judge.judge(trial, rig != nullptr ? &rig->geometry : nullptr);
   bool is_kept = verdict.is_valid;
   if (verdict.is_valid) {
     const std::size_t onset =

@@ -17,7 +17,7 @@ namespace tonus::identification {
 
 struct CoreSettings {
   AssemblerLimits assembler;
-  JudgeLimits judge;
+  JudgeChoice judge;
   BookSettings book;
   impedance::Options live;                    ///< Of the estimates while a perturbation is under way.
   std::chrono::milliseconds live_period{50};  ///< Least time between two of them.
@@ -35,7 +35,8 @@ class IdentificationCore {
  public:
   explicit IdentificationCore(const CoreSettings& settings);
 
-  void set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate);
+  /// `is_rotary`: its displacement is an angle, its force a torque.
+  void set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate, bool is_rotary = false);
   /// The session that is run now; everything of others is freed.
   void set_session(const Id& session);
   /// A trial is about to be run: its rows will be followed as they come.
@@ -69,6 +70,7 @@ class IdentificationCore {
   struct Rig {
     RigGeometry geometry;
     double sample_rate = 0.0;
+    bool is_rotary = false;
   };
   struct Held {
     MeasuredTrial trial;
@@ -88,7 +90,6 @@ class IdentificationCore {
 
   CoreSettings settings_;
   TrialAssembler assembler_;
-  TrialJudge judge_;
   ConditionBook book_;
   LiveEstimator live_;
   std::map<Id, Rig> rigs_;

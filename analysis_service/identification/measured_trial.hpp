@@ -73,6 +73,7 @@ struct TrialPlan {
   std::string posture;
   std::uint32_t posture_index = 0;
   Eigen::Vector2d position = Eigen::Vector2d::Zero();  ///< The hand's place, m.
+  bool is_place_known = true;                          ///< False: `position` says nothing.
   ShoulderPose shoulder;
   std::int32_t set = 0;
   std::string instruction;                         ///< Empty: hold still.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/identification/conversion.hpp"
@@ -146,10 +147,12 @@ void measure(const Traces& traces, const TrialReport& report, const JudgeLimits&
   Eigen::Vector2d place = report.plan.position;
   Eigen::Vector2d bias = report.plan.bias;
   if (axes == 1) place[1] = bias[1] = 0.0;
+  // No hand is in its own shoulder: a plan without a place has zeros.
+  const bool is_place_known = report.plan.is_place_known && (axes == 1 || !place.isZero(0.0));
 
   const auto rest = part(traces.position, traces.rest);
   const auto rest_force = part(traces.force, traces.rest);
-  out.start_offset = (mean(rest) - place).norm();
+  out.start_offset = is_place_known ? (mean(rest) - place).norm() : std::numeric_limits<double>::quiet_NaN();
   out.rest_speed = largest_speed(rest, window, period);
   out.rest_force = (mean(rest_force) - bias).norm();
   out.rest_force_change = mean_distances(rest_force, window, mean(rest_force)).largest;
@@ -214,13 +217,17 @@ void judge_motion(const TrialPlan& plan, bool is_hold_timed, const Measured& m, 
 }
 
 std::string summary(const Measured& m, const JudgeLimits& limits) {
+  const std::string start = std::isfinite(m.start_offset)
+                                ? fmt::format("start {:.1f} mm (limit {:.1f})", kMillimetres * m.start_offset,
+                                              kMillimetres * limits.start_offset)
+                                : "place not known";
   return fmt::format(
-      "valid: start {:.1f} mm (limit {:.1f}), rest {:.1f} mm/s ({:.1f}) and {:.2f} N, moved {:.1f} mm "
+      "valid: {}, rest {:.1f} mm/s ({:.1f}) and {:.2f} N, moved {:.1f} mm "
       "({:.1f}), "
       "end {:.1f} mm/s ({:.1f})",
-      kMillimetres * m.start_offset, kMillimetres * limits.start_offset, kMillimetres * m.rest_speed,
-      kMillimetres * limits.rest_speed, m.rest_force, kMillimetres * m.excursion,
-      kMillimetres * limits.excursion, kMillimetres * m.end_speed, kMillimetres * limits.end_speed);
+      start, kMillimetres * m.rest_speed, kMillimetres * limits.rest_speed, m.rest_force,
+      kMillimetres * m.excursion, kMillimetres * limits.excursion, kMillimetres * m.end_speed,
+      kMillimetres * limits.end_speed);
 }
 
 /// Rows of a recording that may be missing: it is identified by the segments between the gaps.
@@ -229,6 +236,25 @@ std::uint64_t allowed_gaps(std::size_t rows, const JudgeLimits& limits) {
 }
 
 }  // namespace
+
+JudgeLimits JudgeChoice::limits(bool is_rotary) const {
+  constexpr double kAny = std::numeric_limits<double>::infinity();
+  JudgeLimits chosen;
+  if (is_reaching || is_rotary) {
+    chosen.start_offset = chosen.excursion = chosen.rest_speed = chosen.end_speed = kAny;
+    chosen.rest_force = chosen.rest_force_change = kAny;
+    chosen.resistance = 0.0;
+  }
+  const auto take = [](const std::optional<double>& single, double& limit) {
+    limit = single.value_or(limit);
+  };
+  take(start_offset, chosen.start_offset);
+  take(excursion, chosen.excursion);
+  take(rest_speed, chosen.rest_speed);
+  take(rest_force, chosen.rest_force);
+  take(end_speed, chosen.end_speed);
+  return chosen;
+}
 
 std::string_view name_of(Defect defect) {
   switch (defect) {
@@ -298,7 +324,7 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
       is_recording ? measured.missing_rows > allowed_gaps(trial.rows.size(), limits_)
                    : measured.missing_rows > 0,
       Defect::kGap,
-      fmt::format("{} of {} rows are missing, allowed {}", measured.missing_rows, trial.rows.size(),
+      fmt::format("{} of {} rows missing, allowed {}", measured.missing_rows, trial.rows.size(),
                   is_recording ? std::to_string(allowed_gaps(trial.rows.size(), limits_)) : "none"));
   findings.add_if(rig == nullptr, Defect::kUnknownRig, "no description to convert with");
   if (is_recording) return std::move(findings).verdict(measured, "valid: complete, not saturated");

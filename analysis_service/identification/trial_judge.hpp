@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <limits>
+#include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
@@ -61,11 +62,28 @@ struct JudgeLimits {
   double bias_tolerance = 1.25;
 };
 
+/// What a person chooses of the limits: a preset, and single ones in its place. Live and offline judging have
+/// the same choice.
+struct JudgeChoice {
+  /// Perturbations of a hand that moves of itself: nothing is asked of its place, rest, way and end. What
+  /// remains is completeness, saturation and the bias force. False: the published protocol's limits.
+  bool is_reaching = false;
+  std::optional<double> start_offset;  ///< m, or rad of a rotary rig; so are the others, alike.
+  std::optional<double> excursion;
+  std::optional<double> rest_speed;
+  std::optional<double> rest_force;
+  std::optional<double> end_speed;
+
+  /// The preset's limits in metres and newtons say nothing of angles and torques: a rotary rig has only those
+  /// that were chosen singly.
+  [[nodiscard]] JudgeLimits limits(bool is_rotary) const;
+};
+
 /// What was measured. Those that could not be measured are zero.
 struct Measured {
-  double start_offset = 0.0;       ///< m, of the hand from its place, mean of the rest before the onset.
-  double rest_speed = 0.0;         ///< m/s, largest in the rest.
-  double rest_force = 0.0;         ///< N, of the mean of the rest from the bias.
+  double start_offset = 0.0;  ///< m, of the hand from its place, mean of the rest; not finite: place unknown.
+  double rest_speed = 0.0;    ///< m/s, largest in the rest.
+  double rest_force = 0.0;    ///< N, of the mean of the rest from the bias.
   double rest_force_change = 0.0;  ///< N, largest in the rest, from its mean.
   double bias_error = 0.0;         ///< N, largest in the hold before the onset, from the bias.
   double bias_nearest = 0.0;       ///< N, smallest in the hold.

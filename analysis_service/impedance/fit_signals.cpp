@@ -23,6 +23,11 @@ Signals terms_of(const Signals& v, Model model) {
       return v.cwiseProduct(v.cwiseAbs());
     case Model::kCoriolis:
       break;
+    case Model::kFriction:  // of method spectral, which fits no signals by sample
+    case Model::kCubic:
+    case Model::kReflex:
+    case Model::kAutomatic:
+      return v;
   }
   if (v.cols() == 1) return v.cwiseAbs2();
   Signals products(v.rows(), 3);
@@ -108,6 +113,7 @@ FitSignals fit_signals(const Trial& trial, const Options& options, double natura
       signals = trial.axes() == 1 ? state_variable<1>(trial, options, natural_frequency)
                                   : state_variable<2>(trial, options, natural_frequency);
       break;
+    case Method::kRefined:
     case Method::kSpectral:  // fits no signals by sample
       break;
   }

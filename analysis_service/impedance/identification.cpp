@@ -10,6 +10,7 @@
 #include "analysis_service/impedance/fit_signals.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
 #include "analysis_service/impedance/record_identification.hpp"
+#include "analysis_service/impedance/refined_identification.hpp"
 #include "analysis_service/impedance/sized.hpp"
 #include "analysis_service/impedance/tuning.hpp"
 #include "analysis_service/impedance/unit_factor.hpp"
@@ -147,14 +148,34 @@ Result<bool> are_records(const TrialPointers& trials, const Options& options) {
                     records, std::ssize(trials) - records));
   }
   if (records == 0 && options.method == Method::kSpectral) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        "method: spectral is not allowed for perturbations; expected lowpass, optimal or state_variable");
+    return fail(ErrorCode::kInvalidArgument,
+                "method: spectral is not allowed for perturbations; expected lowpass, optimal, "
+                "state_variable or refined");
   }
-  if (records != 0 && options.record_method == Method::kSpectral && options.model != Model::kLinear) {
+  if (records == 0 && !has_model(options.method, options.model)) {
     return fail(
         ErrorCode::kInvalidArgument,
-        fmt::format("model: {} is not allowed for continuous records by method spectral; expected linear",
+        fmt::format("model: {} is not allowed for method refined; expected linear", name_of(options.model)));
+  }
+  if (records != 0 && options.record_method == Method::kRefined) {
+    return fail(ErrorCode::kInvalidArgument,
+                "method: refined is not allowed for continuous records; expected lowpass, optimal, "
+                "state_variable or spectral");
+  }
+  const bool is_spectral = records != 0 && options.record_method == Method::kSpectral;
+  if (is_spectral && !is_record_model(options.model)) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("model: {} is not allowed for continuous records by method spectral; expected "
+                            "linear, friction, cubic, reflex or auto",
+                            name_of(options.model)));
+  }
+  if (!is_spectral && !is_published_model(options.model)) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("model: {} is not allowed for method {}; expected linear, no_damping, coriolis, "
+                    "squared_velocity or signed_squared_velocity ({} is for continuous records by "
+                    "method spectral)",
+                    name_of(options.model), name_of(records != 0 ? options.record_method : options.method),
                     name_of(options.model)));
   }
   if (records == 0 || options.record_method == Method::kSpectral) return records != 0;
@@ -204,7 +225,7 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   if (is_record) estimate.method = options.record_method;
   if (estimate.method == Method::kSpectral) {
     for (const Trial* trial : trials) estimate.trials_used.push_back(trial->number);
-    identify_records(trials, estimate);
+    identify_records(trials, options.model, estimate);
     return estimate;
   }
   reject_short(trials, rows, estimate);
@@ -223,12 +244,16 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     if (estimate.natural_frequency <= 0.0) failure = Reason::kRankDeficient;
   }
   if (known->diagnosis.is_single_direction) failure = Reason::kSingleDirection;
-  if (!failure) {
+  if (!failure && estimate.method == Method::kRefined) {
+    failure = identify_refined(trials, options, estimate);
+  } else if (!failure) {
     failure = with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
       return fit<kSize, kAxes>(trials, options, rows, estimate);
     });
   }
-  conclude(estimate, failure, known->diagnosis);
+  Diagnosis diagnosis = known->diagnosis;
+  if (estimate.method == Method::kRefined) diagnosis.is_force_shifted = false;  // it has a test of its own
+  conclude(estimate, failure, diagnosis);
   return estimate;
 }
 

@@ -36,6 +36,7 @@ enum class Reason : std::uint8_t {
   kClippedForce,       ///< Suspect: a force channel stands still at its extreme.
   kShortTrial,         ///< Trial left out: it ends before the window does.
   kForceSign,          ///< Suspect: M, B and K are all negative: the force has the opposite sign.
+  kNoCommand,          ///< Undetermined: method refined, and the commanded displacement is not known.
   kTooFewSamples,      ///< Undetermined: the records have too few usable rows.
   kNoMotion,           ///< Undetermined: displacement or force of an axis does not move.
   kTooFewSegments,     ///< Undetermined: no enough segments between the gaps while the input is on.
@@ -52,6 +53,8 @@ enum class Reason : std::uint8_t {
   kHardening,          ///< A part of the force follows the cube of the displacement.
   kPositionDependent,  ///< Stiffness changes with position.
   kHeldSamples,        ///< A channel repeats its samples, or joins those of a slower rate.
+  kReflex,             ///< A part of the force follows the displacement 30 to 60 ms late.
+  kUnsettledModel,     ///< Undetermined: the coefficients of a model beyond (3) do not settle.
 };
 
 /// What an estimate is judged by; on the wire as FitTest.
@@ -66,6 +69,7 @@ enum class FitTest : std::uint8_t {
   kFriction,
   kHardening,
   kPosition,
+  kReflex,
   kClipping,
   kHeldSamples,
   kWidth,
@@ -91,6 +95,19 @@ struct Parameters {
   AxisMatrix B;
   AxisMatrix K;
   AxisVector X0;
+};
+
+/// A parameter beside M, B, K and X0, with its 95 % interval. Unit: force^force * s^time /
+/// displacement^length.
+struct ModelParameter {
+  std::string name;  ///< "friction_x", "cubic_stiffness", "reflex_stiffness_xy", "reflex_delay", ...
+  int force = 1;
+  int time = 0;
+  int length = 0;
+  double value = 0.0;
+  double std = 0.0;
+  double low = 0.0;
+  double high = 0.0;
 };
 
 /// A trial that was left out of the fit.
@@ -131,6 +148,7 @@ struct Estimate {
       covariance;        ///< Of vec(Theta), column by column: (regressors*axes) square; none in undetermined.
   AxisVector sigma;      ///< N, (16) as root mean square, of the (filtered) force that was fitted.
   AxisVector explained;  ///< Share of that force's variation about its mean that the model explains (R2).
+                         ///< Method refined: of the mean response to the command.
   double condition_number =
       0.0;  ///< Of the regressor with columns scaled to unit length; infinite if singular.
   Eigen::Index samples = 0;
@@ -145,6 +163,8 @@ struct Estimate {
   double band_low = 0.0;  ///< Hz, that a spectral fit used; 0 and 0: none was chosen.
   double band_high = 0.0;
   double segment_duration = 0.0;  ///< s, of a spectral fit.
+  std::vector<ModelParameter> parameters;
+  std::string compared;  ///< Of Model::kAutomatic: what was compared and how it fared; else empty.
   std::vector<ConvergencePoint> trace;
   std::optional<double> settling_time;  ///< s; none: not traced, or not settled before the window's end.
   Information information;
@@ -152,6 +172,9 @@ struct Estimate {
 
 /// Identifies one condition (posture, bias, instruction) from its valid trials: M, B, K, X0 of (3) or the
 /// model's other parameters, their standard deviations and 95 % intervals, and whether to trust them.
+///
+/// Method refined: refined_identification.hpp, for perturbations whose commanded displacement is known, and
+/// model (3). The others:
 ///
 /// Law: least squares of F on [x" x' x 1] (method, section 4) in square-root information form; trials are
 /// taken in ascending number, so that the result does not depend, to the last bit, on the order given.

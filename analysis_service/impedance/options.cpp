@@ -1,13 +1,16 @@
 #include "analysis_service/impedance/options.hpp"
 
+#include <algorithm>
+#include <iterator>
+#include <span>
 #include <spdlog/fmt/fmt.h>
 #include <string>
 
 namespace tonus::impedance {
 namespace {
 
-template <typename T, std::size_t kCount>
-Result<T> named(const T (&all)[kCount], std::string_view name, const char* what) {
+template <typename T>
+Result<T> named(std::span<const T> all, std::string_view name, const char* what) {
   std::string allowed;
   for (const T& one : all) {
     if (name_of(one) == name) return one;
@@ -27,6 +30,8 @@ std::string_view name_of(Method method) {
       return "optimal";
     case Method::kStateVariable:
       return "state_variable";
+    case Method::kRefined:
+      return "refined";
     case Method::kSpectral:
       return "spectral";
   }
@@ -45,24 +50,50 @@ std::string_view name_of(Model model) {
       return "squared_velocity";
     case Model::kSignedSquaredVelocity:
       return "signed_squared_velocity";
+    case Model::kFriction:
+      return "friction";
+    case Model::kCubic:
+      return "cubic";
+    case Model::kReflex:
+      return "reflex";
+    case Model::kAutomatic:
+      return "auto";
   }
   return "unknown";
 }
 
-Result<Method> method_named(std::string_view name) { return named(kRecordMethods, name, "method"); }
-Result<Model> model_named(std::string_view name) { return named(kModels, name, "model"); }
+Result<Method> method_named(std::string_view name) { return named<Method>(kEveryMethod, name, "method"); }
+
+Result<Model> model_named(std::string_view name) {
+  std::vector<Model> all(std::begin(kModels), std::end(kModels));
+  all.insert(all.end(), std::next(std::begin(kRecordModels)), std::end(kRecordModels));  // linear once
+  return named<Model>(all, name, "model");
+}
+
+bool is_record_model(Model model) {
+  return std::ranges::find(kRecordModels, model) != std::end(kRecordModels);
+}
+bool is_published_model(Model model) { return std::ranges::find(kModels, model) != std::end(kModels); }
+
+bool suits(Method method, bool is_record) {
+  if (is_record) return std::ranges::find(kRecordMethods, method) != std::end(kRecordMethods);
+  return std::ranges::find(kPerturbationMethods, method) != std::end(kPerturbationMethods);
+}
+
+bool has_model(Method method, Model model) { return method != Method::kRefined || model == Model::kLinear; }
 
 Result<Options> with_method(Options options, std::string_view name) {
   if (name == kAutomatic) return options;
   auto method = method_named(name);
   if (!method) return fail(method.error().code, method.error().message + ", auto or all");
-  options.method = options.record_method = *method;
+  options.method = *method;
+  if (*method != Method::kRefined) options.record_method = *method;
   return options;
 }
 
 std::vector<Options> by_every_method(const Options& options) {
   std::vector<Options> all;
-  for (const Method method : kRecordMethods) {
+  for (const Method method : kEveryMethod) {
     all.push_back(options);
     all.back().method = all.back().record_method = method;
   }

@@ -10,11 +10,12 @@
 namespace tonus::impedance {
 
 /// How a condition is identified: the published methods to obtain the derivatives of the displacement
-/// (method, section 3), and the one for continuous records.
+/// (method, section 3), the one beyond them for perturbations, and the one for continuous records.
 enum class Method : std::uint8_t {
   kLowpass,        ///< Zero-phase Butterworth, then central differences.
   kOptimal,        ///< Optimally regularised Fourier series.
   kStateVariable,  ///< T(s) of (8) on displacement and force; the one that runs sample by sample.
+  kRefined,        ///< Perturbations only: instrumental variables (analysis_service/refined).
   kSpectral,       ///< Continuous records only: in the frequency domain (analysis_service/spectral).
 };
 
@@ -25,21 +26,35 @@ enum class Model : std::uint8_t {
   kCoriolis,               ///< (14) M X" + B_C [x1'^2, x1' x2', x2'^2]' + K (X - X0)
   kSquaredVelocity,        ///< (15) M X" + B [x1'^2, x2'^2]' + K (X - X0)
   kSignedSquaredVelocity,  ///< (15) with x' |x'| for x'^2.
+  kFriction,               ///< Method spectral: (3) and c sign(x'), axis by axis.
+  kCubic,                  ///< Method spectral: (3) and q x^2 + c x^3, axis by axis.
+  kReflex,                 ///< Method spectral: (3) and k x(t - delay) + b x'(t - delay).
+  kAutomatic,  ///< Method spectral: the simplest of linear, friction, cubic, reflex that passes every check.
 };
 
 /// The published ones, which perturbations are identified by.
 inline constexpr Method kMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable};
+inline constexpr Method kPerturbationMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable,
+                                                  Method::kRefined};
 inline constexpr Method kRecordMethods[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable,
                                             Method::kSpectral};
+inline constexpr Method kEveryMethod[] = {Method::kLowpass, Method::kOptimal, Method::kStateVariable,
+                                          Method::kRefined, Method::kSpectral};
 inline constexpr Model kModels[] = {Model::kLinear, Model::kNoDamping, Model::kCoriolis,
                                     Model::kSquaredVelocity, Model::kSignedSquaredVelocity};
+inline constexpr Model kRecordModels[] = {Model::kLinear, Model::kFriction, Model::kCubic, Model::kReflex,
+                                          Model::kAutomatic};
 
-/// Names as files and the command line have them: lowpass, optimal, state_variable, spectral; linear,
-/// no_damping, coriolis, squared_velocity, signed_squared_velocity.
+/// Names as files and the command line have them: lowpass, optimal, state_variable, refined, spectral;
+/// linear, no_damping, coriolis, squared_velocity, signed_squared_velocity, friction, cubic, reflex, auto.
 [[nodiscard]] std::string_view name_of(Method method);
 [[nodiscard]] std::string_view name_of(Model model);
 [[nodiscard]] Result<Method> method_named(std::string_view name);
 [[nodiscard]] Result<Model> model_named(std::string_view name);
+
+/// Whether method spectral has the model; whether the published methods have it.
+[[nodiscard]] bool is_record_model(Model model);
+[[nodiscard]] bool is_published_model(Model model);
 
 /// How a condition is identified. The defaults are the published settings.
 struct Options {
@@ -57,13 +72,17 @@ struct Options {
   bool has_trace = true;         ///< Computes the convergence trace.
 };
 
+/// Whether the method identifies perturbations, or continuous records.
+[[nodiscard]] bool suits(Method method, bool is_record);
+/// Whether the method identifies perturbations by the model: refined by (3) alone.
+[[nodiscard]] bool has_model(Method method, Model model);
+
 /// "auto", the default: state_variable for perturbations, spectral for continuous records; a name: that
-/// method for both.
+/// method for both; refined: for perturbations.
 inline constexpr std::string_view kAutomatic = "auto";
 [[nodiscard]] Result<Options> with_method(Options options, std::string_view name);
 
-/// The options by every method: of `all`, perturbations by the published ones and records by these and
-/// spectral.
+/// The options by every method; each is for the data that it suits.
 [[nodiscard]] std::vector<Options> by_every_method(const Options& options);
 
 /// Refuses options outside the limits stated at their fields, for data of this sample period (s).

@@ -65,6 +65,10 @@ Finding finding_of(const spectral::Check& check, const spectral::Estimate& found
       return {FitTest::kPosition, Reason::kPositionDependent,
               fmt::format("stiffness changes by {} over the positions met, at most {}", percent(v),
                           percent(limit))};
+    case Test::kReflex:
+      return {FitTest::kReflex, Reason::kReflex,
+              fmt::format("{} of the force follows the displacement 30 to 60 ms late, at most {}", percent(v),
+                          percent(limit))};
     case Test::kClipping:
       return {FitTest::kClipping, Reason::kClippedForce,
               fmt::format("a channel stands at its end in {} of the samples, at most {}", percent(v),
@@ -91,6 +95,8 @@ Reason reason_of(spectral::Shortage shortage) {
       return Reason::kTooFewSegments;
     case spectral::Shortage::kNotCoherent:
       return Reason::kNotCoherent;
+    case spectral::Shortage::kUnsettled:
+      return Reason::kUnsettledModel;
   }
   return Reason::kTooFewSamples;
 }
@@ -106,6 +112,8 @@ std::string detail_of(spectral::Shortage shortage, Eigen::Index samples) {
       return "the record is too short, or its gaps are too close, for 18 segments";
     case spectral::Shortage::kNotCoherent:
       return "fewer than 8 frequencies at which force and motion are coherent on every axis";
+    case spectral::Shortage::kUnsettled:
+      return "the coefficients beside M, B and K do not settle: the data do not tell them apart";
   }
   return {};
 }
@@ -142,13 +150,95 @@ void set_centre(std::span<const Trial* const> trials, const Eigen::MatrixXd& K, 
   estimate.high.X0 = estimate.value.X0 + t95 * estimate.std.X0;
 }
 
+spectral::Settings settings_of(Model model) {
+  spectral::Settings settings;
+  settings.is_automatic = model == Model::kAutomatic;
+  if (model == Model::kFriction) settings.addition = spectral::Addition::kFriction;
+  if (model == Model::kCubic) settings.addition = spectral::Addition::kCubic;
+  if (model == Model::kReflex) settings.addition = spectral::Addition::kReflex;
+  return settings;
+}
+
+Model model_of(spectral::Addition addition) {
+  switch (addition) {
+    case spectral::Addition::kNone:
+      return Model::kLinear;
+    case spectral::Addition::kFriction:
+      return Model::kFriction;
+    case spectral::Addition::kCubic:
+      return Model::kCubic;
+    case spectral::Addition::kReflex:
+      return Model::kReflex;
+  }
+  return Model::kLinear;
+}
+
+ModelParameter parameter_of(const spectral::Parameter& found, int axes, double t95) {
+  using Kind = spectral::Parameter::Kind;
+  constexpr const char* kAxes[] = {"x", "y"};
+  const std::string own = axes == 1 ? "" : fmt::format("_{}", kAxes[found.force_axis]);
+  const std::string both = axes == 1 ? "" : own + kAxes[found.motion_axis];
+  ModelParameter parameter;
+  switch (found.kind) {
+    case Kind::kFriction:
+      parameter = {"friction" + own, 1, 0, 0};
+      break;
+    case Kind::kQuadratic:
+      parameter = {"quadratic_stiffness" + own, 1, 0, 2};
+      break;
+    case Kind::kCubic:
+      parameter = {"cubic_stiffness" + own, 1, 0, 3};
+      break;
+    case Kind::kReflexStiffness:
+      parameter = {"reflex_stiffness" + both, 1, 0, 1};
+      break;
+    case Kind::kReflexDamping:
+      parameter = {"reflex_damping" + both, 1, 1, 1};
+      break;
+    case Kind::kReflexDelay:
+      parameter = {"reflex_delay", 0, 1, 0};
+      break;
+  }
+  parameter.value = found.value;
+  parameter.std = found.error;
+  parameter.low = found.value - t95 * found.error;
+  parameter.high = found.value + t95 * found.error;
+  return parameter;
+}
+
+/// Force over displacement at rest: a reflex adds its stiffness.
+Eigen::MatrixXd static_stiffness(const spectral::Estimate& found) {
+  Eigen::MatrixXd K = found.K;
+  for (const spectral::Parameter& parameter : found.parameters) {
+    if (parameter.kind == spectral::Parameter::Kind::kReflexStiffness)
+      K(parameter.force_axis, parameter.motion_axis) += parameter.value;
+  }
+  return K;
+}
+
+std::string text_of(const std::vector<spectral::Compared>& compared) {
+  std::string text;
+  for (const spectral::Compared& one : compared) {
+    if (!text.empty()) text += "; ";
+    text += fmt::format("{}: {}", name_of(model_of(one.addition)),
+                        !one.is_found     ? "does not settle"
+                        : one.is_accepted ? "accepted"
+                                          : "refused");
+    if (one.is_found && one.addition != spectral::Addition::kNone)
+      text += fmt::format(", BIC {:+.1f} of linear", one.bic);
+  }
+  return text;
+}
+
 }  // namespace
 
-void identify_records(std::span<const Trial* const> trials, Estimate& estimate) {
+void identify_records(std::span<const Trial* const> trials, Model model, Estimate& estimate) {
   std::vector<spectral::Record> records;
   for (const Trial* trial : trials)
     records.push_back({trial->sample_period, trial->displacement, trial->force, trial->is_missing});
-  const spectral::Estimate found = spectral::identify(records);
+  const spectral::Estimate found = spectral::identify(records, settings_of(model));
+  estimate.model = model_of(found.addition);
+  estimate.compared = text_of(found.compared);
   estimate.samples = usable_rows(trials);
   Diagnosis diagnosis;
   diagnosis.is_force_clipped = std::ranges::any_of(trials, &Trial::is_clipped);
@@ -170,7 +260,9 @@ void identify_records(std::span<const Trial* const> trials, Estimate& estimate) 
     estimate.low.*matrix = estimate.value.*matrix - found.t95 * estimate.std.*matrix;
     estimate.high.*matrix = estimate.value.*matrix + found.t95 * estimate.std.*matrix;
   }
-  set_centre(trials, found.K, found.t95, estimate);
+  set_centre(trials, static_stiffness(found), found.t95, estimate);
+  for (const spectral::Parameter& parameter : found.parameters)
+    estimate.parameters.push_back(parameter_of(parameter, found.axes, found.t95));
   estimate.sigma = found.sigma;
   estimate.explained = AxisVector::Constant(found.axes, found.explained);
   estimate.force_lag = found.lag;

@@ -112,6 +112,14 @@ AxisVector mean_of_rows(const Signals& signals, Eigen::Index first, Eigen::Index
   return mean;
 }
 
+void tare(Trial& trial, bool is_force_tared) {
+  trial.displacement_taken = mean_of_rows(trial.displacement, 0, trial.onset);
+  subtract(trial.displacement, trial.displacement_taken);
+  if (!is_force_tared) return;
+  trial.force_taken = mean_of_rows(trial.force, 0, trial.onset);
+  subtract(trial.force, trial.force_taken);
+}
+
 Result<Trial> prepare_trial(std::uint32_t number, std::span<const EndpointSample> samples, Eigen::Index onset,
                             const Preparation& preparation, std::span<const Eigen::Vector2d> commanded) {
   if (auto valid = check_shapes(samples, preparation, commanded); !valid) return valid.error();
@@ -129,8 +137,7 @@ Result<Trial> prepare_trial(std::uint32_t number, std::span<const EndpointSample
 
   Trial trial = copy_rows(number, samples, preparation, commanded);
   trial.onset = onset;
-  subtract(trial.displacement, mean_of_rows(trial.displacement, 0, onset));
-  if (preparation.is_force_tared) subtract(trial.force, mean_of_rows(trial.force, 0, onset));
+  tare(trial, preparation.is_force_tared);
   return trial;
 }
 

@@ -22,6 +22,9 @@ struct Trial {
   Signals displacement;        ///< m, X of (3), from the mean position of the rest.
   Signals force;               ///< N, F of (3).
   Signals commanded;           ///< m, commanded displacement; no rows where it is not known.
+  /// What preparation took away as the rest's means (axes), m and N; empty: nothing.
+  AxisVector displacement_taken{};
+  AxisVector force_taken{};
   double handle_mass = 0.0;    ///< kg, m_h; its inertia m_h X" is taken from the force in the fit.
   bool is_clipped = false;     ///< The force sensor or its converter was at its limit (see is_clipped()).
   bool is_continuous = false;  ///< A stochastic record without onset: all of it is fitted, cut into blocks.
@@ -53,6 +56,10 @@ struct Preparation {
 [[nodiscard]] Result<Trial> prepare_trial(std::uint32_t number, std::span<const EndpointSample> samples,
                                           Eigen::Index onset, const Preparation& preparation,
                                           std::span<const Eigen::Vector2d> commanded = {});
+
+/// Takes the mean position of the rest and, where asked, its mean force away, and keeps what was taken. The
+/// trial has rest.
+void tare(Trial& trial, bool is_force_tared);
 
 /// A continuous (stochastic) record: the mean position and, where tared, the mean force of the whole record
 /// are taken away. Rows marked in `is_missing` (empty, or one a sample) have no sample: what they hold is not

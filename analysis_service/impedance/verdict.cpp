@@ -85,6 +85,8 @@ std::string_view name_of(Reason reason) {
       return "short_trial";
     case Reason::kForceSign:
       return "force_sign";
+    case Reason::kNoCommand:
+      return "no_command";
     case Reason::kTooFewSamples:
       return "too_few_samples";
     case Reason::kNoMotion:
@@ -117,6 +119,10 @@ std::string_view name_of(Reason reason) {
       return "position_dependent";
     case Reason::kHeldSamples:
       return "held_samples";
+    case Reason::kReflex:
+      return "reflex";
+    case Reason::kUnsettledModel:
+      return "unsettled_model";
   }
   return "unknown";
 }
@@ -134,6 +140,7 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.status = Status::kUndetermined;
     estimate.value = estimate.std = estimate.low = estimate.high = {};
     estimate.covariance.resize(0, 0);
+    estimate.parameters.clear();
     estimate.trace.clear();
     estimate.settling_time.reset();
   } else if (is_every_diagonal_negative(estimate)) {

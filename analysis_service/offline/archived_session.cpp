@@ -13,9 +13,10 @@ namespace tonus::identification {
 namespace {
 
 /// Why the trial does not count; empty: it does. One without a verdict is judged now.
-std::string defect_of(const store::SessionTrial& trial, const ArchivedTrial& archived) {
+std::string defect_of(const store::SessionTrial& trial, const ArchivedTrial& archived,
+                      const TrialJudge& judge) {
   if (trial.verdict) return store::why_not_counted(trial);
-  const Verdict verdict = TrialJudge{}.judge(archived.measured, &archived.rig.geometry);
+  const Verdict verdict = judge.judge(archived.measured, &archived.rig.geometry);
   return verdict.is_valid ? std::string{} : verdict.detail;
 }
 
@@ -30,12 +31,12 @@ std::string gap_in(const Result<ArchivedTrial>& archived) {
 }
 
 Result<void> take(store::Store& store, const store::Session& session, const store::SessionTrial& trial,
-                  OfflineBook& book) {
+                  const TrialJudge& judge, OfflineBook& book) {
   const TrialReport report = from_wire(trial.outcome->value);
   const auto archived = read_archived_trial(store, session, trial);
   if (!archived && archived.error().code != ErrorCode::kDataLoss) return archived.error();
   std::string why = gap_in(archived);
-  if (why.empty()) why = defect_of(trial, *archived);
+  if (why.empty()) why = defect_of(trial, *archived, judge);
   if (!why.empty()) {
     book.leave_out(report, std::move(why));
     return {};
@@ -51,11 +52,15 @@ Result<void> take(store::Store& store, const store::Session& session, const stor
 }  // namespace
 
 Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const store::Session& session,
-                                                      const std::vector<impedance::Options>& analyses) {
+                                                      const std::vector<impedance::Options>& analyses,
+                                                      const JudgeChoice& choice) {
   if (session.descriptions.empty()) {
     return fail(ErrorCode::kNotFound, fmt::format("session {}: store '{}' has no description of its rig",
                                                   to_hex(session.record.session), store.name()));
   }
+  const v1::RigDescription& last = session.descriptions.back().value;
+  const RigUnits units{last.displacement_unit(), last.force_unit()};
+  const TrialJudge judge(choice.limits(is_rotary(units)));
   std::map<std::uint32_t, OfflineBook> postures;
   for (const store::SessionTrial& trial : session.trials) {
     if (!trial.outcome) continue;  // still running, or its rig was lost
@@ -65,14 +70,12 @@ Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const
     owner.session = to_hex(session.record.session);
     owner.run = static_cast<int>(index) + 1;
     const auto [book, is_new] = postures.try_emplace(index, analyses, std::move(owner));
-    TONUS_TRY(take(store, session, trial, book->second));
+    TONUS_TRY(take(store, session, trial, judge, book->second));
   }
-  const v1::RigDescription& last = session.descriptions.back().value;
   const int axes = last.kind() == v1::RIG_ONE_AXIS ? 1 : 2;
   std::vector<OfflineEstimate> all;
   for (auto& [index, book] : postures) {
-    for (auto& estimate : book.identify({last.displacement_unit(), last.force_unit()}, axes))
-      all.push_back(std::move(estimate));
+    for (auto& estimate : book.identify(units, axes)) all.push_back(std::move(estimate));
   }
   return all;
 }

@@ -10,6 +10,7 @@
 #include "analysis_service/identification/conversion.hpp"
 #include "analysis_service/impedance/trial.hpp"
 #include "analysis_service/offline/offline_book.hpp"
+#include "analysis_service/service/wire.hpp"
 #include "services/core/parallel.hpp"
 
 namespace tonus::identification {
@@ -41,36 +42,39 @@ TrialReport report_of(const recording::Recording& record, const recording::Pertu
   plan.posture = record.posture;
   plan.posture_index = index;
   plan.position = record.posture_position.value_or(Eigen::Vector2d::Zero());
+  plan.is_place_known = record.posture_position.has_value();
   plan.shoulder = record.shoulder;
   plan.set = static_cast<std::int32_t>(event.set);
   plan.instruction = event.instruction;
   plan.bias = {event.bias_N[0], event.bias_N[1]};
+  plan.bias_hold = event.bias_hold_s.value_or(0.0);
+  plan.bias_threshold = event.bias_threshold_N.value_or(0.0);
   report.range = SequenceRange::from_first_to_last(stretch.first, stretch.last);
   report.onset = stretch.onset;
   report.sample_rate = record.sampling_frequency;
   return report;
 }
 
-/// Why the perturbation cannot be used as it stands; empty: it can.
-std::string defect_of(const recording::Recording& record, const recording::PerturbationEvent& event,
-                      std::span<const Row> rows) {
+/// The offset of converted force channels is not known: their force at rest says nothing unless a limit was
+/// chosen for it.
+JudgeLimits limits_for(const recording::Recording& record, const JudgeChoice& choice, const RigUnits& units) {
+  JudgeLimits limits = choice.limits(is_rotary(units));
+  if (!record.is_raw && !choice.rest_force) limits.rest_force = std::numeric_limits<double>::infinity();
+  return limits;
+}
+
+/// Why the trial does not count; empty: it does.
+std::string defect_of(const recording::PerturbationEvent& event, const MeasuredTrial& trial,
+                      const RigGeometry& rig, const TrialJudge& judge) {
   if (!event.is_valid) return event.reason.empty() ? "flagged invalid" : event.reason;
-  const auto missing = std::count_if(rows.begin(), rows.end(), [](const Row& row) { return row.is_missing; });
-  const bool is_usable = event.is_continuous() && 2 * missing <= std::ssize(rows);
-  if (missing > 0 && !is_usable)
-    return fmt::format("gap: {} of {} rows missing, allowed {}", missing, rows.size(),
-                       event.is_continuous() ? "half" : "none");
-  const auto saturated = std::count_if(rows.begin(), rows.end(), [&](const Row& row) {
-    return !row.is_missing && impedance::is_clipped({&row.raw, 1}, record.rig.force_saturation_V);
-  });
-  if (saturated > 0)
-    return fmt::format("saturated: {} rows with the force sensor at its limit, allowed none", saturated);
-  return {};
+  const Verdict verdict = judge.judge(trial, &rig);
+  return verdict.is_valid ? std::string{} : verdict.detail;
 }
 
 /// Every analysis of one recording, the `index`th of its dataset.
 Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recording& record, std::size_t index,
-                                                        const std::vector<impedance::Options>& analyses) {
+                                                        const std::vector<impedance::Options>& analyses,
+                                                        const JudgeChoice& choice) {
   if (auto good = validate(record.rig); !good)
     return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
   OfflineEstimate owner;
@@ -78,12 +82,14 @@ Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recordi
   owner.session = record.session;
   owner.run = record.run;
   OfflineBook book(analyses, std::move(owner));
+  const RigUnits units{record.displacement_unit, record.force_unit};
+  const TrialJudge judge(limits_for(record, choice, units));
   std::size_t unused = 0;  // first row that no continuous event has yet
   for (const auto& event : record.events) {
     const recording::Stretch stretch = recording::stretch_of(record, event);
-    const auto rows = rows_of(record, stretch);
     const TrialReport report = report_of(record, event, stretch, static_cast<std::uint32_t>(index));
-    auto why = defect_of(record, event, rows);
+    const MeasuredTrial trial{report, rows_of(record, stretch), 0, 0};
+    auto why = defect_of(event, trial, record.rig, judge);
     if (why.empty() && event.is_continuous()) {
       if (stretch.first < unused)
         why = fmt::format("overlap: its rows begin {} rows before the end of the event before it, allowed 0",
@@ -95,14 +101,15 @@ Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recordi
       book.leave_out(report, std::move(why));
       continue;
     }
-    const auto trial = trial_from_rows(frame_of(report), record.rig, rows, stretch.onset - stretch.first);
-    if (trial) {
-      book.add(report, *trial);
+    const auto converted =
+        trial_from_rows(frame_of(report), record.rig, trial.rows, stretch.onset - stretch.first);
+    if (converted) {
+      book.add(report, *converted);
     } else {
-      book.leave_out(report, trial.error().message);
+      book.leave_out(report, converted.error().message);
     }
   }
-  return book.identify({record.displacement_unit, record.force_unit}, axes_of(record.rig));
+  return book.identify(units, axes_of(record.rig));
 }
 
 using Estimates = Result<std::vector<OfflineEstimate>>;
@@ -123,14 +130,16 @@ Estimates identify_each(std::size_t count, const Identify& identify) {
 }  // namespace
 
 Result<std::vector<OfflineEstimate>> identify_recordings(std::span<const recording::Recording> recordings,
-                                                         const std::vector<impedance::Options>& analyses) {
+                                                         const std::vector<impedance::Options>& analyses,
+                                                         const JudgeChoice& judge) {
   return identify_each(recordings.size(),
-                       [&](std::size_t i) { return identify_recording(recordings[i], i, analyses); });
+                       [&](std::size_t i) { return identify_recording(recordings[i], i, analyses, judge); });
 }
 
 Result<std::vector<OfflineEstimate>> identify_dataset(const recording::Dataset& dataset,
                                                       const std::vector<impedance::Options>& analyses,
-                                                      std::optional<int> force_sign) {
+                                                      std::optional<int> force_sign,
+                                                      const JudgeChoice& judge) {
   return identify_each(dataset.runs(), [&](std::size_t i) -> Estimates {
     TONUS_TRY_ASSIGN(auto record, dataset.read(i));
     for (const auto& options : analyses) {
@@ -139,7 +148,7 @@ Result<std::vector<OfflineEstimate>> identify_dataset(const recording::Dataset& 
     if (force_sign) {
       TONUS_TRY(recording::state_force_sign(record, *force_sign));
     }
-    return identify_recording(record, i, analyses);
+    return identify_recording(record, i, analyses, judge);
   });
 }
 

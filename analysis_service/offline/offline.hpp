@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis_service/identification/trial_judge.hpp"
 #include "analysis_service/impedance/options.hpp"
 #include "services/core/result.hpp"
 #include "services/recording/dataset.hpp"
@@ -31,13 +32,14 @@ struct OfflineEstimate {
 
 /// Identifies recordings, each of which is one posture of one session, by every analysis: the same functions
 /// on the same rows in the same order as the streaming service, so that a replayed recording and this give
-/// the same numbers. Left out are perturbations flagged invalid in the dataset, with missing rows, or with a
-/// force channel at its end stop; and with the reason of the conversion, whatever it refuses. A condition of
+/// the same numbers. Left out are perturbations flagged invalid in the dataset, those that the service's own
+/// judge (TrialJudge) refuses by the limits of `judge`, and whatever the conversion refuses. A condition of
 /// which every perturbation was left out is there too, undetermined. Runs on all processors; the result is in
 /// the order of the recordings and does not depend on them. Errors: kInvalidArgument for a rig that cannot be
 /// converted with.
 [[nodiscard]] Result<std::vector<OfflineEstimate>> identify_recordings(
-    std::span<const recording::Recording> recordings, const std::vector<impedance::Options>& analyses);
+    std::span<const recording::Recording> recordings, const std::vector<impedance::Options>& analyses,
+    const JudgeChoice& judge = {});
 
 /// The same for every recording of a dataset, each of which is read when its turn comes: no more of them than
 /// there are processors are in memory. `force_sign`, where given, is stated for every one
@@ -45,6 +47,6 @@ struct OfflineEstimate {
 /// not allow.
 [[nodiscard]] Result<std::vector<OfflineEstimate>> identify_dataset(
     const recording::Dataset& dataset, const std::vector<impedance::Options>& analyses,
-    std::optional<int> force_sign = {});
+    std::optional<int> force_sign = {}, const JudgeChoice& judge = {});
 
 }  // namespace tonus::identification

@@ -24,6 +24,14 @@ struct AlternativeTest {
   double effect = 0.0;  ///< Largest change of an element of M, B, K by the term, in 95 % half-widths.
 };
 
+/// Whether the force is late (10): F(t) = Z x(t - lag), axis by axis.
+struct LagTest {
+  double p = 1.0;       ///< Of no lag: chi-squared, by the residual process.
+  Eigen::VectorXd lag;  ///< s, positive where the force is late, axes.
+  Eigen::VectorXd std;
+  double effect = 0.0;  ///< As of an alternative.
+};
+
 /// Adds each alternative, computed from the motion that the command predicts (rows x axes a trial) and so its
 /// own instrument, to the fit.
 [[nodiscard]] std::vector<AlternativeTest> test_alternatives(const WeightedFit& fit,
@@ -31,14 +39,20 @@ struct AlternativeTest {
                                                              const std::vector<Eigen::MatrixXd>& predicted,
                                                              const WeakForm& weak, double sample_period);
 
-/// The mean residual along the command: whether (1) holds at all.
+/// Adds the lag, computed from the motion that the command predicts, to the fit.
+[[nodiscard]] LagTest test_lag(const WeightedFit& fit, const TrialCovariance& covariance,
+                               const std::vector<Eigen::MatrixXd>& predicted, const WeakForm& weak,
+                               double sample_period);
+
+/// The mean residual along the command against the trials' scatter about it (11): whether (1) holds at all.
 struct MisfitTest {
-  double p = 1.0;      ///< Chi-squared, by the residual process.
-  double share = 0.0;  ///< Of the force's mean response, beyond what noise gives; root of squares.
+  double p = 1.0;             ///< Of (1): Fisher's F. 1 where the trials are too few to say.
+  double share = 0.0;         ///< Of the force's mean response, beyond what noise gives; root of squares.
+  Eigen::VectorXd explained;  ///< Share of the mean response's variation that (1) explains, axes.
 };
 
 /// `weights`: of each trial (rows) in the mean response along each axis, W = U (U'U)^-1.
-[[nodiscard]] MisfitTest test_misfit(const WeightedFit& fit, const TrialCovariance& covariance,
-                                     const std::vector<TrialRows>& trials, const Eigen::MatrixXd& weights);
+[[nodiscard]] MisfitTest test_misfit(const WeightedFit& fit, const std::vector<TrialRows>& trials,
+                                     const Eigen::MatrixXd& weights);
 
 }  // namespace tonus::refined

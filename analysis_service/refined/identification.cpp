@@ -168,22 +168,14 @@ void set_centre(const WeightedFit& fit, const Prepared& prepared, Estimate& esti
       (apart.colwise().squaredNorm() / (estimate.X0_freedom * static_cast<double>(count))).cwiseSqrt();
 }
 
-void set_fit(const WeightedFit& fit, const Prepared& prepared, Estimate& estimate) {
-  const Eigen::Index axes = fit.theta.cols();
-  Eigen::RowVectorXd left = Eigen::RowVectorXd::Zero(axes);
-  Eigen::RowVectorXd sum = Eigen::RowVectorXd::Zero(axes);
-  Eigen::RowVectorXd squares = Eigen::RowVectorXd::Zero(axes);
+void set_sigma(const WeightedFit& fit, Estimate& estimate) {
+  Eigen::RowVectorXd left = Eigen::RowVectorXd::Zero(fit.theta.cols());
   double rows = 0.0;
-  for (std::size_t j = 0; j < prepared.trials.size(); ++j) {
-    const auto& force = prepared.trials[j].force;
-    left += fit.residuals[j].colwise().squaredNorm();
-    sum += force.colwise().sum();
-    squares += force.colwise().squaredNorm();
-    rows += static_cast<double>(force.rows());
+  for (const Eigen::MatrixXd& e : fit.residuals) {
+    left += e.colwise().squaredNorm();
+    rows += static_cast<double>(e.rows());
   }
-  const Eigen::RowVectorXd variation = squares - sum.cwiseAbs2() / rows;
   estimate.sigma = (left / rows).cwiseSqrt().transpose();
-  estimate.explained = (1.0 - left.array() / variation.array()).matrix().transpose();
 }
 
 /// Correlation of whitened residuals with their neighbours.
@@ -240,10 +232,11 @@ Estimate identify(const std::vector<Trial>& trials, const Settings& settings) {
   estimate.offset_scatter = fit.offset_scatter;
   estimate.white = neighbours(fit);
   set_centre(fit, prepared, estimate);
-  set_fit(fit, prepared, estimate);
+  set_sigma(fit, estimate);
   estimate.alternatives =
       test_alternatives(fit, *estimate.covariance, prepared.predicted, thin, mean.sample_period);
-  estimate.misfit = test_misfit(fit, *estimate.covariance, prepared.trials, commands.weights);
+  estimate.lag = test_lag(fit, *estimate.covariance, prepared.predicted, thin, mean.sample_period);
+  estimate.misfit = test_misfit(fit, prepared.trials, commands.weights);
   const Eigen::Index axes = fit.theta.cols();
   estimate.theta.topRows(axes).diagonal().array() -= settings.handle_mass;
   return estimate;

@@ -50,13 +50,13 @@ struct Estimate {
   Eigen::VectorXd X0_std;                     ///< m, of that mean.
   double X0_freedom = 0.0;
   Eigen::VectorXd sigma;             ///< N, root mean square of the residual behind the test functions, axes.
-  Eigen::VectorXd explained;         ///< Share of the force's variation there, axes.
   double condition = 0.0;            ///< Of the whitened instruments, columns of unit length.
   Eigen::Index rows = 0;             ///< Samples behind it, all trials.
   Eigen::Index order = 0;            ///< Of the residual process.
   double command_unexplained = 1.0;  ///< Share of the mean response's squares that (3) leaves.
   double white = 0.0;                ///< Largest correlation of neighbouring whitened residuals, by axis.
   std::vector<AlternativeTest> alternatives;
+  LagTest lag;
   MisfitTest misfit;
   ResidualProcess process;         ///< At test functions 20 ms apart.
   Eigen::MatrixXd offset_scatter;  ///< N2.

@@ -33,7 +33,7 @@ Table coverage_table(const study::Study& study) {
       "difference from the truth, of the diagonal elements, as a share of the largest element.",
       {"method", "mass", "damping", "stiffness", "bias of mass", "bias of damping", "bias of stiffness"},
       {}};
-  for (const Method method : impedance::kMethods) {
+  for (const Method method : impedance::kPerturbationMethods) {
     std::array<Share, 3> shares;
     std::array<Spread, 3> bias;
     for (const study::Subject& subject : study.subjects) {

@@ -46,21 +46,7 @@ void CommandLine::add_to(CLI::App& app) {
                  "-1 where a one-axis rig's force channel is the reaction of the limb on the rig")
       ->check(CLI::IsMember({-1, 1}))
       ->capture_default_str();
-  app.add_option("--start-limit", judge_.start_offset, "of the hand from its place before the onset, m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--excursion-limit", judge_.excursion, "of the hand's way from the rest, m")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--rest-speed-limit", judge_.rest_speed, "of the hand before the onset, m/s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--rest-force-limit", judge_.rest_force, "of the force before the onset, unloaded, N")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
-  app.add_option("--end-speed-limit", judge_.end_speed, "of the hand at the end of the perturbation, m/s")
-      ->check(CLI::PositiveNumber)
-      ->capture_default_str();
+  judge_.add_to(app);
 }
 
 Result<std::vector<impedance::Options>> CommandLine::analyses_by_method() const {
@@ -83,11 +69,12 @@ Result<ServiceSettings> CommandLine::settings(const std::string& rig) const {
   ServiceSettings settings;
   settings.rig = rig_id(rig);
   settings.force_sign = force_sign_;
-  settings.core.judge = judge_;
+  settings.core.judge = judge_.choice();
   settings.core.book.analyses.clear();
   TONUS_TRY_ASSIGN(const auto by_method, analyses_by_method());
   for (impedance::Options options : by_method) {
     for (const auto model : *models) {
+      if (by_method.size() > 1 && !impedance::has_model(options.method, model)) continue;
       options.model = model;
       options.natural_frequency = natural_frequency_;
       settings.core.book.analyses.push_back(options);

@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "analysis_service/service/judge_options.hpp"
 #include "analysis_service/service/service.hpp"
 #include "services/core/result.hpp"
 
@@ -28,7 +29,7 @@ class CommandLine {
   std::vector<std::string> models_{"linear"};
   std::optional<double> natural_frequency_;
   impedance::Options options_;
-  JudgeLimits judge_;
+  JudgeOptions judge_;
   int force_sign_ = 1;
 };
 

@@ -103,8 +103,9 @@ void IdentificationService::take_descriptions() {
       continue;
     }
     if (geometry->kind == RigKind::kOneAxis) geometry->force_calibration *= settings_.force_sign;
-    core_.set_rig(description.rig_id(), *geometry, description.sample_rate_Hz());
-    units_[description.rig_id()] = {description.displacement_unit(), description.force_unit()};
+    const RigUnits units{description.displacement_unit(), description.force_unit()};
+    core_.set_rig(description.rig_id(), *geometry, description.sample_rate_Hz(), is_rotary(units));
+    units_[description.rig_id()] = units;
   }
 }
 

@@ -156,6 +156,8 @@ v1::FitTest to_wire_test(impedance::FitTest test) {
       return v1::FIT_FRICTION;
     case FitTest::kHardening:
       return v1::FIT_HARDENING;
+    case FitTest::kReflex:
+      return v1::FIT_REFLEX;
     case FitTest::kPosition:
       return v1::FIT_POSITION;
     case FitTest::kClipping:
@@ -179,6 +181,30 @@ std::vector<v1::FitCheck> checks_of(const impedance::Estimate& estimate) {
     checks.push_back(wire);
   }
   return checks;
+}
+
+/// "N", "N/m^3", "N s/m", "s"
+std::string unit_of(const impedance::ModelParameter& parameter, const RigUnits& units) {
+  std::string text = parameter.force > 0 ? units.force : "";
+  if (parameter.time > 0) text += text.empty() ? "s" : " s";
+  if (parameter.length == 1) text += "/" + units.displacement;
+  if (parameter.length > 1) text += fmt::format("/{}^{}", units.displacement, parameter.length);
+  return text;
+}
+
+std::vector<v1::ModelParameter> parameters_of(const impedance::Estimate& estimate, const RigUnits& units) {
+  std::vector<v1::ModelParameter> parameters;
+  for (const impedance::ModelParameter& parameter : estimate.parameters) {
+    v1::ModelParameter wire;
+    wire.name(parameter.name);
+    wire.unit(unit_of(parameter, units));
+    wire.value(parameter.value);
+    wire.standard_error(parameter.std);
+    wire.low95(parameter.low);
+    wire.high95(parameter.high);
+    parameters.push_back(wire);
+  }
+  return parameters;
 }
 
 /// By axis; not known where there is none.
@@ -318,7 +344,10 @@ v1::Estimate to_wire(const ConditionEstimate& estimate, const RigUnits& units) {
   const impedance::Estimate& found = estimate.estimate;
   const bool is_state_variable = found.method == impedance::Method::kStateVariable;
   v1::Estimate wire;
-  wire.estimate_id(estimate_id(condition, found.method, found.model));
+  // An automatic choice may change as data come: it stays the same estimate.
+  const bool is_automatic = estimate.options.model == impedance::Model::kAutomatic;
+  wire.estimate_id(
+      estimate_id(condition, found.method, is_automatic ? impedance::Model::kAutomatic : found.model));
   wire.session_id(condition.session);
   wire.rig_id(condition.rig);
   wire.posture(condition.posture);
@@ -364,6 +393,8 @@ v1::Estimate to_wire(const ConditionEstimate& estimate, const RigUnits& units) {
   wire.band_high_Hz(found.band_high);
   wire.independent_units(to_count(found.units));
   wire.checks(checks_of(found));
+  wire.parameters(parameters_of(found, units));
+  wire.compared_models(found.compared);
   for (const TrialSource& source : estimate.trials) wire.trials().push_back(to_wire_range(source));
   return wire;
 }

@@ -33,6 +33,9 @@ namespace tonus::identification {
 
 using contract::RigUnits;
 
+/// Angles and torques.
+[[nodiscard]] inline bool is_rotary(const RigUnits& units) { return units.displacement == "rad"; }
+
 /// Matrices that the model does not have, or that do not fit 2x2 (B_C of model (14), which has three
 /// columns), are zero without an ellipse; so is everything of an undetermined condition, and the second axis
 /// of a one-axis rig.

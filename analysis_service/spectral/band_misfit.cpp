@@ -10,15 +10,15 @@
 namespace tonus::spectral {
 namespace {
 
-/// Bins of each of kBands bands of equal ratio of frequencies; empty ones are left out.
+/// Bins of each of kBandCount bands of equal ratio of frequencies; empty ones are left out.
 std::vector<std::pair<Eigen::Index, Eigen::Index>> bands_of(const Eigen::ArrayXd& w) {
   std::vector<std::pair<Eigen::Index, Eigen::Index>> bands;
   const double low = std::log(w[0]);
-  const double width = (std::log(w[w.size() - 1]) - low) * (1.0 + 1e-9) / kBands;
+  const double width = (std::log(w[w.size() - 1]) - low) * (1.0 + 1e-9) / kBandCount;
   Eigen::Index first = 0;
-  for (int band = 0; band < kBands; ++band) {
+  for (int band = 0; band < kBandCount; ++band) {
     Eigen::Index end = first;
-    while (end < w.size() && (std::log(w[end]) < low + width * (band + 1) || band + 1 == kBands)) ++end;
+    while (end < w.size() && (std::log(w[end]) < low + width * (band + 1) || band + 1 == kBandCount)) ++end;
     if (end > first) bands.emplace_back(first, end);
     first = end;
   }

@@ -12,7 +12,7 @@ struct BandMisfit {
   double largest = 0.0;  ///< Of the response's magnitude, beyond two standard deviations.
 };
 
-inline constexpr int kBands = 10;
+inline constexpr int kBandCount = 10;
 inline constexpr double kMostRatio = 3.0;
 inline constexpr double kSmallMisfit = 0.03;  ///< Of the response: allowed up to kSmallMisfitRatio.
 inline constexpr double kSmallMisfitRatio = 10.0;

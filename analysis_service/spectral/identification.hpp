@@ -6,6 +6,7 @@
 #include <string_view>
 #include <vector>
 
+#include "analysis_service/spectral/extended_fit.hpp"
 #include "analysis_service/spectral/nonlinear_terms.hpp"
 #include "analysis_service/spectral/record.hpp"
 
@@ -22,6 +23,7 @@ enum class Test : std::uint8_t {
   kFriction,   ///< Share of the force that follows the sign of the velocity (or its signed square), at most.
   kHardening,  ///< Share that follows the cube of the displacement, at most.
   kPosition,   ///< Relative change of stiffness over the positions met, at most.
+  kReflex,     ///< Share that follows the displacement 30 to 60 ms late, at most.
   kClipping,   ///< Share of samples at a channel's end, at most.
   kHeldSamples,  ///< Share of samples that repeat or only join others, at most.
   kSteadiness,   ///< sqrt of the blocks' scatter over what the noise explains, at most.
@@ -48,12 +50,25 @@ enum class Shortage : std::uint8_t {
   kNoMotion,        ///< A channel does not move.
   kTooFewSegments,  ///< No length gives kFewestSegments segments between gaps while the input is on.
   kNotCoherent,     ///< Fewer than 8 bins in which force and motion are coherent on every axis.
+  kUnsettled,       ///< The coefficients of the addition do not settle.
 };
 
 inline constexpr Eigen::Index kFewestRows = 200;
 
 struct Settings {
   double most_lag = 0.02;  ///< s, of force against motion, either way; not less than two samples.
+  Addition addition = Addition::kNone;
+  /// Of the linear model and those with an addition, the simplest that passes every check; of equally simple
+  /// ones the likeliest. The linear one where none passes. `addition` is not looked at.
+  bool is_automatic = false;
+};
+
+/// One model that an automatic choice looked at.
+struct Compared {
+  Addition addition = Addition::kNone;
+  bool is_found = false;  ///< Its coefficients settled.
+  bool is_accepted = false;
+  double bic = 0.0;  ///< Bayesian information criterion less that of the linear model; 0 for that one.
 };
 
 /// M, B, K (axes x axes) and the lags of the forces with their 95 % half-widths.
@@ -77,6 +92,9 @@ struct Estimate {
   bool is_part_of_band = false;  ///< The model holds in a part of the excited band only: this one.
   std::vector<Check> checks;
   std::vector<TermFit> terms;
+  Addition addition = Addition::kNone;
+  std::vector<Parameter> parameters;  ///< Of the addition.
+  std::vector<Compared> compared;     ///< Of an automatic choice, in the order of their size; else empty.
 
   [[nodiscard]] bool is_ok() const;
 };
@@ -84,7 +102,9 @@ struct Estimate {
 /// Identifies F(t) = M x"(t - d) + B x'(t - d) + K (x(t - d) - x0) from continuous records of one arm or
 /// joint, 1 or 2 axes, in the frequency domain (README.md, equations by number): the segment length and the
 /// band are chosen from the data, the lag d of each force is fitted, both signals may be noisy, and the
-/// result is judged. Records have the same axes and sample period. Pure, thread-safe, allocates.
+/// result is judged. An addition (friction, cubic stiffness, reflex) is fitted beside M, B, K where asked
+/// for, and its model is judged alike; kNone of an outcome where its coefficients do not settle. Records have
+/// the same axes and sample period. Pure, thread-safe, allocates.
 [[nodiscard]] Estimate identify(std::span<const Record> records, const Settings& settings = {});
 
 }  // namespace tonus::spectral

@@ -1,97 +1,88 @@
 #include "analysis_service/spectral/nonlinear_terms.hpp"
 
-#include <Eigen/LU>
-#include <Eigen/QR>
 #include <algorithm>
 #include <cmath>
-#include <complex>
-#include <numbers>
-#include <unsupported/Eigen/FFT>
+
+#include "analysis_service/spectral/motion_estimate.hpp"
+#include "analysis_service/spectral/term_regression.hpp"
 
 namespace tonus::spectral {
 namespace {
 
-using Complex = std::complex<double>;
-
-/// Motion estimated from both signals within the fitted band: x^ and its rate.
-template <int N>
-struct Motion {
-  Eigen::MatrixXd position;
-  Eigen::MatrixXd velocity;
+/// A term at a delay.
+struct Tested {
+  Term term = Term::kFriction;
+  double delay = 0.0;  // s
 };
 
-/// Transform behind zeros up to a fast length.
-std::vector<Complex> transformed(const Eigen::Ref<const Eigen::VectorXd>& signal, Eigen::Index length,
-                                 Eigen::FFT<double>& transform) {
-  std::vector<Complex> padded(static_cast<std::size_t>(length));
-  for (Eigen::Index i = 0; i < signal.size(); ++i) padded[static_cast<std::size_t>(i)] = signal[i];
-  std::vector<Complex> spectrum;
-  transform.fwd(spectrum, padded);
-  return spectrum;
+std::vector<Tested> tested_terms() {
+  std::vector<Tested> all{{Term::kFriction}, {Term::kHardening}, {Term::kDrag}, {Term::kPosition}};
+  for (const double delay : kReflexDelays) all.push_back({Term::kReflex, delay});
+  return all;
 }
 
+/// x^ of all records and its root mean squares by axis.
+struct Motions {
+  std::vector<MotionEstimate> of_record;
+  Eigen::ArrayXd position;
+  Eigen::ArrayXd velocity;
+};
+
 template <int N>
-Motion<N> motion_of(const Record& record, const SegmentFit<N>& fit) {
-  using Square = Eigen::Matrix<Complex, N, N>;
-  constexpr int kSquare = N * N;
-  const Eigen::Index rows = record.samples();
-  const Eigen::Index length = fast_length(rows);
-  Eigen::FFT<double> transform;
-  std::array<std::vector<Complex>, N> x;
-  std::array<std::vector<Complex>, N> f;
-  for (int i = 0; i < N; ++i) {
-    x[i] = transformed(record.displacement.col(i), length, transform);
-    f[i] = transformed(record.force.col(i), length, transform);
+Motions motions_of(std::span<const Record> records, const SegmentFit<N>& fit) {
+  Motions motions;
+  motions.position = motions.velocity = Eigen::ArrayXd::Zero(N);
+  double rows = 0.0;
+  for (const Record& record : records) {
+    motions.of_record.push_back(motion_estimate<N>(record, fit));
+    const MotionEstimate& motion = motions.of_record.back();
+    motions.position += motion.position.colwise().squaredNorm().transpose().array();
+    motions.velocity += motion.velocity.colwise().squaredNorm().transpose().array();
+    rows += static_cast<double>(record.samples());
   }
-  std::array<std::vector<Complex>, N> both;  // position and velocity of an axis in one transform
-  for (auto& spectrum : both) spectrum.assign(static_cast<std::size_t>(length), 0.0);
-  const double step = 2.0 * std::numbers::pi / (static_cast<double>(length) * record.sample_period);
-  const double low = 0.7 * fit.w[0];
-  const double high = 1.2 * fit.w[fit.w.size() - 1];
-  for (Eigen::Index k = 1; k < (length + 1) / 2; ++k) {
-    const auto at = static_cast<std::size_t>(k);
-    const double frequency = step * static_cast<double>(k);
-    if (frequency <= low || frequency >= high) continue;
-    const double w = frequency / fit.w_unit;
-    Square Z;
-    Eigen::Matrix<Complex, N, 1> X;
-    Eigen::Matrix<Complex, N, 1> F;
-    Eigen::Matrix<double, N, 1> nx;
-    Eigen::Matrix<double, N, 1> nf;
-    for (int i = 0; i < N; ++i) {
-      for (int j = 0; j < N; ++j)
-        Z(i, j) = {fit.p[2 * kSquare + i * N + j] - w * w * fit.p[i * N + j], w * fit.p[kSquare + i * N + j]};
-      const double* law = fit.p.data() + Likelihood<N>::kStructural + 4 * i;
-      nx[i] = std::exp(law[0] + law[1] * std::log(w));
-      nf[i] = std::exp(law[2] + law[3] * std::log(w));
-      X[i] = x[static_cast<std::size_t>(i)][at] / fit.displacement_unit[i];
-      F[i] = f[static_cast<std::size_t>(i)][at] / fit.force_unit[i] *
-             std::polar(1.0, w * fit.p[Likelihood<N>::kImpedance + i]);
-    }
-    Square noise = Z * nx.asDiagonal() * Z.adjoint();
-    for (int i = 0; i < N; ++i) noise(i, i) += nf[i];
-    const Eigen::Matrix<Complex, N, 1> R = F - Z * X;
-    const Eigen::Matrix<Complex, N, 1> estimate = X + nx.asDiagonal() * (Z.adjoint() * (noise.inverse() * R));
-    for (int i = 0; i < N; ++i) {
-      const Complex position = estimate[i] * fit.displacement_unit[i];
-      const Complex velocity = Complex(0.0, frequency) * position;
-      const auto mirrored = static_cast<std::size_t>(length - k);
-      both[static_cast<std::size_t>(i)][at] = position + Complex(0.0, 1.0) * velocity;
-      both[static_cast<std::size_t>(i)][mirrored] =
-          std::conj(position) + Complex(0.0, 1.0) * std::conj(velocity);
-    }
-  }
-  Motion<N> motion{Eigen::MatrixXd(rows, N), Eigen::MatrixXd(rows, N)};
-  for (int i = 0; i < N; ++i) {
-    std::vector<Complex> signal;
-    transform.inv(signal, both[static_cast<std::size_t>(i)]);
-    for (Eigen::Index t = 0; t < rows; ++t) {
-      motion.position(t, i) = signal[static_cast<std::size_t>(t)].real();
-      motion.velocity(t, i) = signal[static_cast<std::size_t>(t)].imag();
-    }
-  }
-  return motion;
+  motions.position = (motions.position / rows).sqrt();
+  motions.velocity = (motions.velocity / rows).sqrt();
+  return motions;
 }
+
+/// Spectra of every term of every axis at the fitted bins: by segment, row n N + j. A reflex is x^ turned by
+/// its delay, which is exact for one that is small against the segment.
+template <int N>
+std::vector<Eigen::MatrixXcd> term_spectra(const std::vector<Tested>& tested, const Motions& motions,
+                                           const SegmentFit<N>& fit, std::span<const Eigen::MatrixXcd> motion,
+                                           Eigen::Index first_bin) {
+  const auto functions =
+      std::ranges::count_if(tested, [](const Tested& one) { return one.term != Term::kReflex; });
+  std::vector<Eigen::MatrixXd> signals;
+  for (const MotionEstimate& of_record : motions.of_record) {
+    Eigen::MatrixXd values(of_record.position.rows(), functions * N);
+    for (Eigen::Index t = 0; t < values.rows(); ++t) {
+      for (int j = 0; j < N; ++j) {
+        const double x = of_record.position(t, j) / motions.position[j];
+        const double v = of_record.velocity(t, j) / motions.velocity[j];
+        for (Eigen::Index n = 0; n < functions; ++n)
+          values(t, n * N + j) = value_of(tested[static_cast<std::size_t>(n)].term, x, v);
+      }
+    }
+    signals.push_back(std::move(values));
+  }
+  auto spectra = windowed_spectra(signals, fit.segments, fit.length, fit.bins);
+  const auto all = static_cast<Eigen::Index>(tested.size()) * N;
+  for (std::size_t s = 0; s < spectra.size(); ++s) {
+    spectra[s].conservativeResize(all, Eigen::NoChange);
+    for (Eigen::Index k = 0; k < fit.w.size(); ++k) {
+      const Eigen::Index at = fit.bins[static_cast<std::size_t>(k)] - first_bin;
+      for (auto n = static_cast<Eigen::Index>(functions); n < std::ssize(tested); ++n) {
+        const auto turned = std::polar(1.0, -fit.w[k] * tested[static_cast<std::size_t>(n)].delay);
+        for (int j = 0; j < N; ++j)
+          spectra[s](n * N + j, k) = turned * motion[s](3 * N + j, at) / motions.position[j];
+      }
+    }
+  }
+  return spectra;
+}
+
+}  // namespace
 
 double value_of(Term term, double position, double velocity) {
   switch (term) {
@@ -103,11 +94,12 @@ double value_of(Term term, double position, double velocity) {
       return velocity * std::abs(velocity);
     case Term::kPosition:
       return position * position;
+    case Term::kReflex:
+      return position;
   }
   return 0.0;
 }
 
-/// What one of a coefficient on scaled signals is in SI.
 double unit_of(Term term, double force, double position, double velocity) {
   switch (term) {
     case Term::kFriction:
@@ -118,142 +110,55 @@ double unit_of(Term term, double force, double position, double velocity) {
       return force / (velocity * velocity);
     case Term::kPosition:
       return force / (position * position);
+    case Term::kReflex:
+      return force / position;
   }
   return force;
 }
 
-struct Normal {
-  Eigen::MatrixXd A;
-  Eigen::VectorXd b;
-};
-
-Eigen::VectorXd solved(const Eigen::MatrixXd& A, const Eigen::VectorXd& b) {
-  return A.completeOrthogonalDecomposition().solve(b);
-}
-
-}  // namespace
-
 template <int N>
 std::vector<TermFit> fit_terms(std::span<const Record> records, const SegmentFit<N>& fit) {
-  constexpr int kLinear = 3 * N + 1;  // X2, X1, X0 of the axes, and the lag
-  constexpr int kTermCount = static_cast<int>(kTerms.size());
-  std::vector<Motion<N>> motions;
-  Eigen::ArrayXd spread_x = Eigen::ArrayXd::Zero(N);
-  Eigen::ArrayXd spread_v = Eigen::ArrayXd::Zero(N);
-  double rows = 0.0;
-  for (const Record& record : records) {
-    motions.push_back(motion_of<N>(record, fit));
-    spread_x += motions.back().position.colwise().squaredNorm().transpose().array();
-    spread_v += motions.back().velocity.colwise().squaredNorm().transpose().array();
-    rows += static_cast<double>(record.samples());
-  }
-  spread_x = (spread_x / rows).sqrt();
-  spread_v = (spread_v / rows).sqrt();
-
+  const std::vector<Tested> tested = tested_terms();
+  const Motions motions = motions_of<N>(records, fit);
   std::vector<Record> estimated;  // x^ through the same windows
-  std::vector<Eigen::MatrixXd> signals;
-  for (std::size_t r = 0; r < records.size(); ++r) {
-    const Motion<N>& motion = motions[r];
-    Eigen::MatrixXd terms(motion.position.rows(), kTermCount * N);
-    for (Eigen::Index t = 0; t < terms.rows(); ++t) {
-      for (int j = 0; j < N; ++j) {
-        const double x = motion.position(t, j) / spread_x[j];
-        const double v = motion.velocity(t, j) / spread_v[j];
-        for (int n = 0; n < kTermCount; ++n)
-          terms(t, n * N + j) = value_of(kTerms[static_cast<std::size_t>(n)], x, v);
-      }
-    }
-    signals.push_back(std::move(terms));
-    estimated.push_back({records[r].sample_period, motion.position, records[r].force, {}});
-  }
+  for (std::size_t r = 0; r < records.size(); ++r)
+    estimated.push_back({records[r].sample_period, motions.of_record[r].position, records[r].force, {}});
   const Bins range{fit.bins.front(), fit.bins.back() + 1};
-  const auto H = windowed_spectra(estimated, fit.segments, fit.length, range);
-  const auto S = windowed_spectra(signals, fit.segments, fit.length, fit.bins);
+  const auto motion = windowed_spectra(estimated, fit.segments, fit.length, range);
+  const auto spectra = term_spectra<N>(tested, motions, fit, motion, range.first);
+  const Eigen::VectorXd none = Eigen::VectorXd::Zero(static_cast<Eigen::Index>(tested.size()) * N);
 
-  const int m = fit.blocks();
-  const Eigen::Index bins = fit.w.size();
-  Eigen::MatrixXd weight(N, bins);
-  for (Eigen::Index k = 0; k < bins; ++k) {
-    const auto b = fit.likelihood.bin(fit.p, fit.all, k);
-    weight.col(k) = b.noise.diagonal().real().cwiseMax(1e-300).cwiseInverse();
-  }
   std::vector<TermFit> found;
   for (int i = 0; i < N; ++i) {
-    const int lag_at = Likelihood<N>::kImpedance + i;
-    // By block: normal equations of the linear part, all terms together; single terms are picked out of them.
-    const int size = kLinear + kTermCount * N;
-    std::vector<Normal> blocks(static_cast<std::size_t>(m),
-                               {Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)});
-    double force_power = 0.0;
-    Eigen::VectorXcd row(size);
-    for (std::size_t s = 0; s < fit.segments.size(); ++s) {
-      Normal& normal = blocks[static_cast<std::size_t>(fit.block_of[s])];
-      for (Eigen::Index k = 0; k < bins; ++k) {
-        const double w = fit.likelihood.w()[k];
-        const Eigen::Index at = fit.bins[static_cast<std::size_t>(k)] - range.first;
-        const auto y = fit.Y[s].col(k);
-        Complex F = y[i] * std::polar(1.0, w * fit.p[lag_at]);
-        Complex R = F;
-        for (int j = 0; j < N; ++j) {
-          R -= fit.p[i * N + j] * y[N + j] + fit.p[N * N + i * N + j] * y[2 * N + j] +
-               fit.p[2 * N * N + i * N + j] * y[3 * N + j];
-          row[j] = H[s](N + j, at) / (fit.displacement_unit[j] * fit.w_unit * fit.w_unit);
-          row[N + j] = H[s](2 * N + j, at) / (fit.displacement_unit[j] * fit.w_unit);
-          row[2 * N + j] = H[s](3 * N + j, at) / fit.displacement_unit[j];
-        }
-        row[3 * N] = Complex(0.0, -w) * F;
-        row.tail(kTermCount * N) = S[s].col(k);
-        normal.A.noalias() += weight(i, k) * (row.conjugate() * row.transpose()).real();
-        normal.b += weight(i, k) * (row.conjugate() * R).real();
-        force_power += weight(i, k) * std::norm(F);
-      }
-    }
-    Normal all{Eigen::MatrixXd::Zero(size, size), Eigen::VectorXd::Zero(size)};
-    for (const Normal& block : blocks) {
-      all.A += block.A;
-      all.b += block.b;
-    }
-    const Eigen::VectorXd plain = solved(all.A.topLeftCorner(kLinear, kLinear), all.b.head(kLinear));
-    for (int n = 0; n < kTermCount; ++n) {
+    const auto regression = TermRegression::make(fit, i, motion, range.first, spectra, none);
+    for (std::size_t n = 0; n < tested.size(); ++n) {
       for (int j = 0; j < N; ++j) {
-        std::vector<int> with(kLinear + 1);
-        for (int c = 0; c < kLinear; ++c) with[static_cast<std::size_t>(c)] = c;
-        with.back() = kLinear + n * N + j;
-        const Eigen::VectorXd theta = solved(all.A(with, with), all.b(with));
-        Eigen::MatrixXd by_block(kLinear + 1, m);
-        for (int b = 0; b < m; ++b) {
-          const Normal& block = blocks[static_cast<std::size_t>(b)];
-          by_block.col(b) = solved(all.A(with, with) - block.A(with, with), all.b(with) - block.b(with));
-        }
-        by_block.colwise() -= by_block.rowwise().mean().eval();
-        const Eigen::VectorXd error =
-            (static_cast<double>(m - 1) / m * by_block.rowwise().squaredNorm()).cwiseSqrt();
+        const int column = static_cast<int>(n) * N + j;
+        const auto solution = regression.solve({&column, 1});
+        const Eigen::VectorXd error = TermRegression::standard_errors(solution.without_block);
+        const int at = regression.linear_columns();
         TermFit term;
-        term.term = kTerms[static_cast<std::size_t>(n)];
+        term.term = tested[n].term;
+        term.delay = tested[n].delay;
         term.force_axis = i;
         term.motion_axis = j;
-        const double unit = unit_of(term.term, fit.force_unit[i], spread_x[j], spread_v[j]);
-        term.coefficient = theta[kLinear] * unit;
-        term.standard_error = error[kLinear] * unit;
-        term.t = theta[kLinear] / std::max(error[kLinear], 1e-300);
-        term.share = std::abs(theta[kLinear]) *
-                     std::sqrt(all.A(with.back(), with.back()) / std::max(force_power, 1e-300));
-        term.impedance.resize(3 * N);
-        term.impedance_error.resize(3 * N);
+        const double unit = unit_of(term.term, fit.force_unit[i], motions.position[j], motions.velocity[j]);
+        term.coefficient = solution.theta[at] * unit;
+        term.standard_error = error[at] * unit;
+        term.t = solution.theta[at] / std::max(error[at], 1e-300);
+        term.share = regression.share(column, solution.theta[at]);
         for (int part = 0; part < 3; ++part) {
           for (int c = 0; c < N; ++c) {
-            const int element = part * N * N + i * N + c;
-            const double shift = theta[part * N + c] - plain[part * N + c];
-            term.change = std::max(term.change, std::abs(shift) / fit.largest_beside(element));
-            term.impedance[part * N + c] = (fit.p[element] + theta[part * N + c]) * fit.unit[element];
-            term.impedance_error[part * N + c] = error[part * N + c] * fit.unit[element];
+            const double shift = solution.theta[part * N + c] - regression.plain()[part * N + c];
+            term.change =
+                std::max(term.change, std::abs(shift) / fit.largest_beside(part * N * N + i * N + c));
           }
         }
         if (term.term == Term::kPosition) {
           const double stiffness = fit.largest_beside(2 * N * N) * fit.unit[2 * N * N + i * N + j];
-          term.stiffness_change = std::abs(4.0 * term.coefficient * spread_x[j] / stiffness);
+          term.stiffness_change = std::abs(4.0 * term.coefficient * motions.position[j] / stiffness);
         }
-        found.push_back(std::move(term));
+        found.push_back(term);
       }
     }
   }

@@ -8,6 +8,7 @@
 #include <limits>
 #include <numbers>
 
+#include "analysis_service/spectral/activity.hpp"
 #include "analysis_service/spectral/statistics.hpp"
 
 namespace tonus::spectral {
@@ -16,58 +17,8 @@ namespace {
 constexpr Eigen::Index kFirstBin = 3;   // an offset reaches bins 0 to 2
 constexpr double kLastBinShare = 0.45;  // of the length: below half the sample rate
 constexpr Eigen::Index kFewestBins = 8;
-constexpr double kActiveShare = 0.05;     // of the strongest segments' power: the input is on
-constexpr double kLeastPower = 1e-3;      // of the strongest bin, in force or motion
-constexpr double kBinCorrelation = 2.63;  // neighbouring bins of sin^4 that count as one
-constexpr double kOverlap = 2.0;          // segments of three quarters overlap that count as one
-
-template <int N>
-constexpr Eigen::Index most_bins() {
-  return N == 1 ? 200 : 120;
-}
 
 using Complex = std::complex<double>;
-
-/// Segments whose motion is not much weaker than that of the strongest: those of the event.
-template <int N>
-std::vector<std::size_t> active_segments(const std::vector<Eigen::MatrixXcd>& Y, const Eigen::ArrayXd& w) {
-  std::vector<double> power(Y.size(), 0.0);
-  for (int axis = 0; axis < N; ++axis) {
-    std::vector<double> of_axis;
-    double total = 0.0;
-    for (const auto& y : Y) {
-      of_axis.push_back((y.row(3 * N + axis).array().abs2().transpose() * w.square()).sum());
-      total += of_axis.back();
-    }
-    for (std::size_t s = 0; s < Y.size(); ++s) power[s] += total > 0.0 ? of_axis[s] / total : 0.0;
-  }
-  std::vector<double> sorted = power;
-  std::ranges::sort(sorted, std::greater<>());
-  const std::size_t strongest = std::min(sorted.size(), std::max<std::size_t>(3, sorted.size() / 20));
-  double mean = 0.0;
-  for (std::size_t i = 0; i < strongest; ++i) mean += sorted[i] / static_cast<double>(strongest);
-  std::vector<std::size_t> active;
-  for (std::size_t s = 0; s < power.size(); ++s) {
-    if (power[s] > kActiveShare * mean) active.push_back(s);
-  }
-  return active;
-}
-
-/// Least squared canonical correlation of F and X0 of a bin, its bias for `freedom` segments taken away.
-template <int N>
-double coherence_of(const Eigen::Matrix<Complex, N, N>& FF, const Eigen::Matrix<Complex, N, N>& FX,
-                    const Eigen::Matrix<Complex, N, N>& XX, double freedom) {
-  using Square = Eigen::Matrix<Complex, N, N>;
-  const Eigen::LLT<Square> force(FF);
-  const Eigen::LLT<Square> motion(XX);
-  if (force.info() != Eigen::Success || motion.info() != Eigen::Success) return 0.0;
-  Square half = force.matrixL().solve(FX);
-  half = motion.matrixL().solve(half.adjoint().eval());
-  const Square product = half * half.adjoint();
-  const double least = Eigen::SelfAdjointEigenSolver<Square>(product).eigenvalues()[0];
-  const double bias = N / freedom;
-  return std::clamp((least - bias) / (1.0 - bias), 0.0, 1.0);
-}
 
 /// Minimum of V by Newton's method; directions of negative curvature are taken by its magnitude, steps are
 /// halved until V falls.
@@ -173,24 +124,6 @@ void start_noise(SegmentFit<N>& fit) {
   fit.likelihood.centre_noise(centre);
 }
 
-/// Low quantile over the bins above the band of the mean power of a row of Y.
-double floor_of(const std::vector<Eigen::MatrixXcd>& Y, const std::vector<std::size_t>& active, int row,
-                Eigen::Index first) {
-  constexpr Eigen::Index kFewest = 8;
-  constexpr double kQuantile = 0.25;
-  const Eigen::Index bins = Y.front().cols() - first;
-  if (bins < kFewest) return 0.0;
-  std::vector<double> power(static_cast<std::size_t>(bins), 0.0);
-  for (const std::size_t s : active) {
-    for (Eigen::Index k = 0; k < bins; ++k)
-      power[static_cast<std::size_t>(k)] +=
-          std::norm(Y[s](row, first + k)) / static_cast<double>(active.size());
-  }
-  const auto at = static_cast<std::ptrdiff_t>(kQuantile * static_cast<double>(bins));
-  std::nth_element(power.begin(), power.begin() + at, power.end());
-  return power[static_cast<std::size_t>(at)];
-}
-
 template <int N>
 void set_units(SegmentFit<N>& fit) {
   for (int i = 0; i < N; ++i) {
@@ -285,50 +218,6 @@ void set_covariance(SegmentFit<N>& fit) {
   }
 }
 
-/// Bins that are coherent, strong and in range, thinned evenly to the most that are fitted.
-template <int N>
-std::vector<Eigen::Index> chosen_bins(const std::vector<Eigen::MatrixXcd>& Y,
-                                      const std::vector<std::size_t>& active, const Eigen::ArrayXd& w,
-                                      const FitSettings& settings, Eigen::ArrayXd& coherence) {
-  using Square = Eigen::Matrix<Complex, N, N>;
-  const Eigen::Index bins = w.size();
-  Eigen::MatrixXd force(N, bins);
-  Eigen::MatrixXd motion(N, bins);
-  coherence.resize(bins);
-  for (Eigen::Index k = 0; k < bins; ++k) {
-    Square FF = Square::Zero();
-    Square FX = Square::Zero();
-    Square XX = Square::Zero();
-    for (const std::size_t s : active) {
-      const Eigen::Matrix<Complex, N, 1> f = Y[s].col(k).template head<N>();
-      const Eigen::Matrix<Complex, N, 1> x = Y[s].col(k).template tail<N>();
-      FF += f * f.adjoint();
-      FX += f * x.adjoint();
-      XX += x * x.adjoint();
-    }
-    force.col(k) = FF.diagonal().real();
-    motion.col(k) = XX.diagonal().real();
-    coherence[k] = coherence_of<N>(FF, FX, XX, static_cast<double>(active.size()) / kOverlap);
-  }
-  std::vector<Eigen::Index> chosen;
-  for (Eigen::Index k = 0; k < bins; ++k) {
-    const double hz = w[k] / (2.0 * std::numbers::pi);
-    bool is_used =
-        coherence[k] > settings.least_coherence && hz >= settings.range.low && hz <= settings.range.high;
-    for (int i = 0; i < N; ++i)
-      is_used = is_used && (force(i, k) > kLeastPower * force.row(i).maxCoeff() ||
-                            motion(i, k) > kLeastPower * motion.row(i).maxCoeff());
-    if (is_used) chosen.push_back(k);
-  }
-  constexpr Eigen::Index kMost = most_bins<N>();
-  const auto count = static_cast<Eigen::Index>(chosen.size());
-  if (count <= kMost) return chosen;
-  std::vector<Eigen::Index> thinned;
-  for (Eigen::Index i = 0; i < kMost; ++i)
-    thinned.push_back(chosen[static_cast<std::size_t>(i * (count - 1) / (kMost - 1))]);
-  return thinned;
-}
-
 }  // namespace
 
 template <int N>
@@ -344,17 +233,21 @@ std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen
                                                      static_cast<double>(bins.end - 1)) *
                            step;
   const auto Y = windowed_spectra(records, segments, length, bins);
-  const std::vector<std::size_t> active = active_segments<N>(Y, w);
+  Eigen::MatrixXd power(static_cast<Eigen::Index>(Y.size()), N);
+  for (std::size_t segment = 0; segment < Y.size(); ++segment)
+    power.row(static_cast<Eigen::Index>(segment)) =
+        (Y[segment].bottomRows(N).cwiseAbs2() * w.square().matrix()).transpose();
+  const std::vector<std::size_t> active = pieces_with_input(power);
   if (active.size() < kFewestSegments) return std::nullopt;
-  Eigen::ArrayXd coherence;
-  const std::vector<Eigen::Index> chosen = chosen_bins<N>(Y, active, w, settings, coherence);
+  const BinChoice choice = choose_bins<N>(Y, active, w, settings.least_coherence, settings.range);
+  const std::vector<Eigen::Index>& chosen = choice.bins;
   if (static_cast<Eigen::Index>(chosen.size()) < kFewestBins) return std::nullopt;
 
   SegmentFit<N> fit;
   fit.length = length;
   fit.lead = lead;
   fit.w = w(chosen);
-  fit.coherence = coherence(chosen);
+  fit.coherence = choice.coherence(chosen);
   for (const Eigen::Index k : chosen) fit.bins.push_back(k + bins.first);
   fit.w_unit = std::exp(fit.w.log().mean());
   fit.force_unit.setZero();
@@ -373,9 +266,9 @@ std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen
   const auto above =
       static_cast<Eigen::Index>(kClearOfBand * static_cast<double>(fit.bins.back())) - bins.first + 1;
   for (int i = 0; i < N; ++i) {
-    fit.force_floor[i] = floor_of(Y, active, i, above) / (fit.force_unit[i] * fit.force_unit[i]);
+    fit.force_floor[i] = noise_floor(Y, active, i, above) / (fit.force_unit[i] * fit.force_unit[i]);
     fit.displacement_floor[i] =
-        floor_of(Y, active, 3 * N + i, above) / (fit.displacement_unit[i] * fit.displacement_unit[i]);
+        noise_floor(Y, active, 3 * N + i, above) / (fit.displacement_unit[i] * fit.displacement_unit[i]);
   }
   for (auto& y : fit.Y) {
     for (int i = 0; i < N; ++i) {

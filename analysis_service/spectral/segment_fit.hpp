@@ -4,16 +4,11 @@
 #include <span>
 #include <vector>
 
+#include "analysis_service/spectral/bin_choice.hpp"
 #include "analysis_service/spectral/likelihood.hpp"
 #include "analysis_service/spectral/windowed_spectra.hpp"
 
 namespace tonus::spectral {
-
-/// Frequencies that may be used, Hz.
-struct FrequencyRange {
-  double low = 0.0;
-  double high = 1e9;
-};
 
 /// The model fitted to records cut into segments of one length.
 template <int N>
@@ -64,6 +59,7 @@ struct FitSettings {
 
 inline constexpr std::size_t kFewestSegments = 18;
 inline constexpr int kMostBlocks = 15;
+inline constexpr double kBinCorrelation = 2.63;  ///< Neighbouring bins of sin^4 that count as one.
 
 /// Nothing where fewer than kFewestSegments segments are active or fewer than 8 bins are coherent.
 /// `lead` is only noted. Records are filled() and of N axes and one sample period.

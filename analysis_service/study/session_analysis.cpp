@@ -14,7 +14,7 @@ using identification::Condition;
 
 std::vector<impedance::Options> analyses() {
   std::vector<impedance::Options> all;
-  for (const impedance::Method method : impedance::kMethods) {
+  for (const impedance::Method method : impedance::kPerturbationMethods) {
     impedance::Options options;
     options.method = method;
     options.has_trace = method == impedance::Method::kStateVariable;
@@ -76,6 +76,10 @@ Result<SessionAnalysis> analyse(store::Store& store, const store::Session& sessi
   analysis.protocol = session.plan.protocol_name();
   analysis.software_version = session.plan.software_version();
   analysis.seed = session.plan.seed();
+  analysis.is_simulated =
+      !session.descriptions.empty() && std::ranges::all_of(session.descriptions, [](const auto& description) {
+        return description.value.driver() == "simulated";
+      });
   for (const auto& trial : session.trials) analysis.is_loaded |= trial.outcome && has_bias(trial);
 
   std::map<Condition, std::vector<impedance::Trial>> trials;

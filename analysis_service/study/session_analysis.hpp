@@ -41,6 +41,7 @@ struct SessionAnalysis {
   std::uint32_t trials = 0;    ///< That count.
   std::uint32_t rejected = 0;  ///< Attempts that do not.
   bool is_loaded = false;
+  bool is_simulated = false;                  ///< By every description of its rig, driver "simulated".
   std::vector<ConditionAnalysis> conditions;  ///< By posture, then set.
 };
 

@@ -106,7 +106,8 @@ Result<Study> read_study(store::Store& store, const std::vector<simulation::Coho
   bool has_any = false;
   for (const simulation::CohortSubject& member : cohort) {
     progress(study.subjects.size(), cohort.size());
-    Subject subject{member.name, member.profile.subject.links, member.profile.subject, {}, {}};
+    Subject subject{member.name, member.profile.subject.links, {}, {}, {}};
+    bool is_simulated = true;
     const auto chosen = choose(store, *records, member.name);
     if (!chosen) return chosen.error();
     for (const bool loaded : {false, true}) {
@@ -114,9 +115,12 @@ Result<Study> read_study(store::Store& store, const std::vector<simulation::Coho
       if (!session) continue;
       auto analysis = analyse(store, *session);
       if (!analysis) return analysis.error();
+      is_simulated &= analysis->is_simulated;
       (loaded ? subject.loaded : subject.unloaded) = std::move(*analysis);
       has_any = true;
     }
+    if (is_simulated && (subject.unloaded || subject.loaded)) subject.truth = member.profile.subject;
+    study.is_simulated &= is_simulated;
     study.subjects.push_back(std::move(subject));
   }
   progress(cohort.size(), cohort.size());

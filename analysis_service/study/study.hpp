@@ -21,7 +21,7 @@ namespace tonus::study {
 struct Subject {
   std::string name;
   TwoLink links;                                    ///< As measured on the person, m.
-  std::optional<simulation::SubjectProfile> truth;  ///< Of a simulated subject.
+  std::optional<simulation::SubjectProfile> truth;  ///< Only where every session of the subject is simulated.
   std::optional<SessionAnalysis> unloaded;
   std::optional<SessionAnalysis> loaded;
 
@@ -42,8 +42,8 @@ struct Subject {
 /// A cohort, by the order of its file.
 struct Study {
   std::vector<Subject> subjects;
-  std::string archive;  ///< The store's name, without its folder.
-  bool is_simulated = false;
+  std::string archive;        ///< The store's name, without its folder.
+  bool is_simulated = false;  ///< Every session is: by what its rig said, not by the subject's name.
 };
 
 /// Of each subject of the cohort the newest completed session without and the newest one with bias forces.

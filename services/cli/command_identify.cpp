@@ -8,6 +8,7 @@
 
 #include "analysis_service/offline/archived_session.hpp"
 #include "analysis_service/offline/offline.hpp"
+#include "analysis_service/service/judge_options.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/core/json_text.hpp"
@@ -27,6 +28,7 @@ struct IdentifyOptions {
   std::string model = "linear";
   impedance::Options settings;
   int force_sign = 0;
+  identification::JudgeOptions judge;
   std::string json;
 };
 
@@ -47,6 +49,7 @@ Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& optio
   std::vector<impedance::Options> analyses;
   for (const auto& method : methods) {
     for (const auto model : models) {
+      if (methods.size() > 1 && !impedance::has_model(method.method, model)) continue;
       analyses.push_back(method);
       analyses.back().model = model;
     }
@@ -64,7 +67,7 @@ Estimates identify_dataset(const IdentifyOptions& options, const std::vector<imp
   const auto dataset = recording::Dataset::open(options.source);
   if (!dataset) return dataset.error();
   const auto sign = options.force_sign == 0 ? std::nullopt : std::optional<int>(options.force_sign);
-  return identification::identify_dataset(*dataset, analyses, sign);
+  return identification::identify_dataset(*dataset, analyses, sign, options.judge.choice());
 }
 
 Estimates identify_archive(const std::string& name, const IdentifyOptions& options,
@@ -86,7 +89,7 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
     if (auto valid = impedance::validate(options.settings, period); !valid) return valid.error();
     break;
   }
-  return identification::identify_session(**store, *session, analyses);
+  return identification::identify_session(**store, *session, analyses, options.judge.choice());
 }
 
 /// A file or a URL is an archive; a folder is a dataset, or the data folder of a system with its archive in
@@ -145,13 +148,13 @@ void add_identify_command(CLI::App& app, Command& chosen) {
                       "of an archive: the session's id or its beginning; default: the one that began last");
   command
       ->add_option("--method", options->method,
-                   "lowpass, optimal, state_variable, spectral or all; auto: state_variable for "
-                   "perturbations, spectral for "
-                   "continuous records")
+                   "lowpass, optimal, state_variable, refined, spectral or all; auto: state_variable for "
+                   "perturbations, spectral for continuous records")
       ->capture_default_str();
   command
       ->add_option("--model", options->model,
-                   "linear, no_damping, coriolis, squared_velocity, signed_squared_velocity or all")
+                   "linear, no_damping, coriolis, squared_velocity, signed_squared_velocity or all; of "
+                   "continuous records linear, friction, cubic, reflex or auto, the simplest that passes")
       ->capture_default_str();
   command->add_option("--window", options->settings.window, "s from the onset that are fitted")
       ->capture_default_str();
@@ -165,6 +168,7 @@ void add_identify_command(CLI::App& app, Command& chosen) {
       ->add_option("--force-sign", options->force_sign,
                    "+1 or -1: of a one-axis dataset that does not state it")
       ->check(CLI::IsMember({-1, 1}));
+  options->judge.add_to(*command);
   command->add_option("--json", options->json, "file for the results");
   command->callback([options, &chosen] {
     chosen = [options] {

@@ -22,6 +22,7 @@ void add_status_command(CLI::App& app, Command& chosen);
 void add_pki_commands(CLI::App& app, Command& chosen);  ///< init, issue, list, revoke, renew
 void add_report_command(CLI::App& app, Command& chosen);
 void add_identify_command(CLI::App& app, Command& chosen);
+void add_certify_command(CLI::App& app, Command& chosen);
 void add_ls_command(CLI::App& app, Command& chosen);
 void add_show_command(CLI::App& app, Command& chosen);
 void add_verify_command(CLI::App& app, Command& chosen);

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   cli::add_steering_commands(app, chosen);
   cli::add_pki_commands(app, chosen);
   cli::add_identify_command(app, chosen);
+  cli::add_certify_command(app, chosen);
   cli::add_report_command(app, chosen);
   cli::add_ls_command(app, chosen);
   cli::add_show_command(app, chosen);

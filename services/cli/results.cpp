@@ -101,6 +101,18 @@ json checks(const v1::Estimate& e) {
   return all;
 }
 
+json parameters(const v1::Estimate& e) {
+  json all = json::array();
+  for (const v1::ModelParameter& parameter : e.parameters()) {
+    all.push_back({{"name", parameter.name()},
+                   {"unit", parameter.unit()},
+                   {"value", parameter.value()},
+                   {"std", parameter.standard_error()},
+                   {"ci95", {parameter.low95(), parameter.high95()}}});
+  }
+  return all;
+}
+
 json condition(const ConditionResult& result) {
   const v1::Estimate& e = result.estimate;
   const unsigned axes = e.axes();
@@ -144,6 +156,8 @@ json condition(const ConditionResult& result) {
   c["independent_units"] = e.independent_units();
   c["degrees_of_freedom"] = e.degrees_of_freedom();
   c["checks"] = checks(e);
+  if (!e.parameters().empty()) c["parameters"] = parameters(e);
+  if (!e.compared_models().empty()) c["compared_models"] = e.compared_models();
   if (axes == 2 && e.status() != v1::ESTIMATE_UNDETERMINED) {
     c["ellipses"] = {{"M", ellipse(e.mass_kg())},
                      {"B", ellipse(e.damping_Ns_per_m())},
@@ -202,7 +216,12 @@ std::string fit_text(const v1::Estimate& e) {
             : fmt::format("force lags{} {:+.3g} ms", axis, 1e3 * e.lag_s()[i]));
   }
   if (e.independent_units() > 0) add(fmt::format("{} independent units", e.independent_units()));
-  return text.empty() ? text : text + "\n";
+  if (!text.empty()) text += "\n";
+  for (const v1::ModelParameter& parameter : e.parameters())
+    text += fmt::format("  {} {:.4g} {} (95 %: {:.4g} to {:.4g})\n", parameter.name(), parameter.value(),
+                        parameter.unit(), parameter.low95(), parameter.high95());
+  if (!e.compared_models().empty()) text += "  models compared: " + e.compared_models() + "\n";
+  return text;
 }
 
 }  // namespace

@@ -119,7 +119,7 @@ void add_identification_options(CLI::App& app, SystemOptions& o) {
   app.add_option("--damping-ratio", o.damping_ratio, "of the state-variable filter")
       ->check(CLI::PositiveNumber);
   app.add_option("--window", o.window, "s from onset that are fitted")->check(CLI::PositiveNumber);
-  app.add_option("--method", o.method, "auto, lowpass, optimal, state_variable, spectral or all");
+  app.add_option("--method", o.method, "auto, lowpass, optimal, state_variable, refined, spectral or all");
 }
 
 void add_dashboard_options(CLI::App& app, SystemOptions& o) {

@@ -85,6 +85,11 @@ std::string estimate_lines(const v1::Estimate& e) {
     add("band_high", 0, e.band_high_Hz(), "Hz");
   }
   add("independent_units", 0, e.independent_units(), "");
+  for (const v1::ModelParameter& parameter : e.parameters()) {
+    const EstimateRow::Spread spread{parameter.standard_error(), parameter.low95(), parameter.high95()};
+    text += line_of(estimate_columns(),
+                    EstimateRow{e, parameter.name(), 0, 0, parameter.value(), spread, parameter.unit()});
+  }
   return text;
 }
 

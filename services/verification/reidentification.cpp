@@ -110,7 +110,8 @@ class Rerun {
     TONUS_TRY_ASSIGN(const auto archived,
                      identification::read_archived_trial(store_, session_, trial, choice_.force_sign));
     const auto& description = archived.rig.description;
-    core_.set_rig(description.rig_id(), archived.rig.geometry, description.sample_rate_Hz());
+    core_.set_rig(description.rig_id(), archived.rig.geometry, description.sample_rate_Hz(),
+                  identification::is_rotary({description.displacement_unit(), description.force_unit()}));
     add_rows(core_, archived);
     core_.add(archived.measured.report, now_);
     const std::size_t before = found_.verdicts.size();

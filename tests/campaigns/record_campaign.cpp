@@ -23,6 +23,8 @@ enum class Judged { kRight, kRefused, kWrongAndOk };
 struct Outcome {
   Judged judged = Judged::kRefused;
   double worst = 0.0;  // error over the 95 % half-width
+  double error = 0.0;  // relative to the largest element, of that matrix
+  char matrix = '-';   // the one with the worst error
   double width = 0.0;  // relative half-width
   double explained = 0.0;
   double coherence = 0.0;
@@ -30,14 +32,28 @@ struct Outcome {
 };
 
 const char* name_of(spectral::Test test) {
-  constexpr const char* kNames[] = {"explained", "coherence",  "halves",    "bands",    "lag",
-                                    "units",     "friction",   "hardening", "position", "clipping",
-                                    "held",      "steadiness", "width"};
+  constexpr const char* kNames[] = {"explained", "coherence", "halves",     "bands",    "lag",
+                                    "units",     "friction",  "hardening",  "position", "reflex",
+                                    "clipping",  "held",      "steadiness", "width"};
   return kNames[static_cast<std::size_t>(test)];
 }
 
-Outcome judged(const DrawnRecords& drawn) {
-  const spectral::Estimate found = spectral::identify(drawn.records);
+/// Models by the names that the command line has.
+const std::map<std::string, spectral::Settings>& models() {
+  static const std::map<std::string, spectral::Settings> all = [] {
+    std::map<std::string, spectral::Settings> list;
+    list["linear"];
+    list["friction"].addition = spectral::Addition::kFriction;
+    list["cubic"].addition = spectral::Addition::kCubic;
+    list["reflex"].addition = spectral::Addition::kReflex;
+    list["auto"].is_automatic = true;
+    return list;
+  }();
+  return all;
+}
+
+Outcome judged(const DrawnRecords& drawn, const spectral::Settings& settings) {
+  const spectral::Estimate found = spectral::identify(drawn.records, settings);
   Outcome outcome;
   if (found.outcome == spectral::Outcome::kNone) {
     outcome.why = "shortage " + std::to_string(static_cast<int>(found.shortage));
@@ -48,16 +64,20 @@ Outcome judged(const DrawnRecords& drawn) {
   const double freedom = found.blocks - 1.0;
   const double allowed =
       spectral::student_t_quantile(0.9995, freedom) / spectral::student_t_quantile(0.975, freedom);
-  const auto compare = [&](const Eigen::MatrixXd& value, const Eigen::MatrixXd& error,
+  const auto compare = [&](char matrix, const Eigen::MatrixXd& value, const Eigen::MatrixXd& error,
                            const Eigen::MatrixXd& truth) {
-    outcome.worst = std::max(
-        outcome.worst, ((value - truth).array().abs() / (found.t95 * error).array().max(1e-300)).maxCoeff());
+    const double worst = ((value - truth).array().abs() / (found.t95 * error).array().max(1e-300)).maxCoeff();
+    if (worst > outcome.worst) {
+      outcome.worst = worst;
+      outcome.matrix = matrix;
+      outcome.error = (value - truth).cwiseAbs().maxCoeff() / truth.cwiseAbs().maxCoeff();
+    }
     outcome.width =
         std::max(outcome.width, found.t95 * error.maxCoeff() / std::max(value.cwiseAbs().maxCoeff(), 1e-300));
   };
-  compare(found.M, found.M_error, drawn.M);
-  compare(found.B, found.B_error, drawn.B);
-  compare(found.K, found.K_error, drawn.K);
+  compare('M', found.M, found.M_error, drawn.M);
+  compare('B', found.B, found.B_error, drawn.B);
+  compare('K', found.K, found.K_error, drawn.K);
   for (const auto& check : found.checks) {
     if (!check.is_passed) outcome.why += std::string(outcome.why.empty() ? "" : " ") + name_of(check.test);
   }
@@ -65,7 +85,8 @@ Outcome judged(const DrawnRecords& drawn) {
   return outcome;
 }
 
-int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& names, bool is_verbose) {
+int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& names,
+        const spectral::Settings& settings, bool is_verbose) {
   std::printf("%-22s %6s %8s %13s  %s\n", "kind", "right", "refused", "wrong and ok", "refused for");
   int right_described = 0;
   int described = 0;
@@ -75,7 +96,7 @@ int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& nam
     if (!names.empty() && std::ranges::find(names, kind.name) == names.end()) continue;
     std::vector<Outcome> outcomes(static_cast<std::size_t>(seeds));
     for_each_in_parallel(outcomes.size(),
-                         [&](std::size_t i) { outcomes[i] = judged(draw(kind, first_seed + i)); });
+                         [&](std::size_t i) { outcomes[i] = judged(draw(kind, first_seed + i), settings); });
     std::map<Judged, int> counts;
     std::map<std::string, int> reasons;
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
@@ -84,12 +105,14 @@ int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& nam
       if (outcome.judged == Judged::kRefused) ++reasons[outcome.why];
       if (is_verbose)
         std::printf(
-            "  seed %llu: %s, error %.2f half-widths, width %.3f, explained %.3f, coherence %.3f %s\n",
+            "  seed %llu: %s, %c off by %.3f %%, %.2f half-widths, width %.3f, explained %.3f, coherence "
+            "%.3f %s\n",
             static_cast<unsigned long long>(first_seed + i),
             outcome.judged == Judged::kRight     ? "right"
             : outcome.judged == Judged::kRefused ? "refused"
                                                  : "WRONG AND OK",
-            outcome.worst, outcome.width, outcome.explained, outcome.coherence, outcome.why.c_str());
+            outcome.matrix, 100.0 * outcome.error, outcome.worst, outcome.width, outcome.explained,
+            outcome.coherence, outcome.why.c_str());
     }
     std::string why;
     for (const auto& [reason, count] : reasons)
@@ -127,7 +150,13 @@ int main(int argc, char** argv) {
   app.add_option("--seeds", seeds, "records of each kind")->check(CLI::PositiveNumber)->capture_default_str();
   app.add_option("--seed", seed, "of the first")->capture_default_str();
   app.add_option("--kind", kinds, "only these kinds");
+  std::string model = "linear";
+  std::vector<std::string> names;
+  for (const auto& [name, settings] : tonus::campaigns::models()) names.push_back(name);
+  app.add_option("--model", model, "that the records are identified by")
+      ->check(CLI::IsMember(names))
+      ->capture_default_str();
   app.add_flag("--each", is_verbose, "a line for each record");
   CLI11_PARSE(app, argc, argv);
-  return tonus::campaigns::run(seeds, seed, kinds, is_verbose);
+  return tonus::campaigns::run(seeds, seed, kinds, tonus::campaigns::models().at(model), is_verbose);
 }

@@ -118,6 +118,7 @@ class Draw {
     drawn.K = K_;
     drawn.lag = lag_;
     for (int event = 0; event < r_.events; ++event) add_record(drawn);
+    drawn.K += stiffness_at_mean_ / r_.events;
     return drawn;
   }
 
@@ -147,6 +148,7 @@ class Draw {
     M_ = spread_matrix(mass);
     B_ = spread_matrix(2.0 * zeta * mass * natural);
     K_ = spread_matrix(mass * natural * natural);
+    stiffness_at_mean_ = Eigen::MatrixXd::Zero(r_.axes, r_.axes);
     resonance_ = resonance;
     const double seconds =
         std::max(uniform(r_.duration_low, r_.duration_high) * std::min(1.0, 1000.0 / rate_),
@@ -291,6 +293,8 @@ class Draw {
       const double sx = rms(x, i);
       const double sv = rms(v, i);
       const double phase = uniform(0.0, kTau);
+      const double mean = x.col(i).mean() / sx;  // small motion is about the mean position
+      stiffness_at_mean_(i, i) += K_(i, i) * (3.0 * r_.hardening * mean * mean + 0.5 * r_.position * mean);
       for (Eigen::Index t = 0; t < f.rows(); ++t) {
         const double share = static_cast<double>(t) / static_cast<double>(f.rows());
         const double p = x(t, i) / sx;
@@ -336,6 +340,7 @@ class Draw {
   double scale_ = 1.0;
   Eigen::Index rows_ = 0;
   Eigen::MatrixXd M_, B_, K_;
+  Eigen::MatrixXd stiffness_at_mean_;  // less K_; summed over the records
   Eigen::VectorXd lag_;
 };
 

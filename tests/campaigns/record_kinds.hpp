@@ -17,7 +17,7 @@ struct RecordKind {
 /// All kinds, in the order in which they are reported.
 [[nodiscard]] const std::vector<RecordKind>& record_kinds();
 
-/// Records of one arm or joint, and its impedance for small motion.
+/// Records of one arm or joint, and its impedance for small motion about the mean position.
 struct DrawnRecords {
   std::vector<spectral::Record> records;
   Eigen::MatrixXd M, B, K;

@@ -152,9 +152,8 @@ TEST(StudyReport, HasEveryTableAndFigureAndIsTheSameToTheByte) {
   EXPECT_EQ(study.cell("one", "spread", "IV,").substr(0, 8), "IV,12,12")
       << study.cell("one", "spread", "IV,");
   const std::string smallest = study.cell("one", "patterns", "the two-joint constant is the smallest");
-  EXPECT_EQ(smallest.find(" 0 % (0 of 2)"), std::string::npos) << smallest;
-  EXPECT_EQ(smallest.find(",0 % (0 of 2)"), std::string::npos)
-      << smallest;  // s01's elbow is as large within the noise: one subject or both
+  EXPECT_NE(smallest.find("50 % (1 of 2)"), std::string::npos)
+      << smallest;  // s01's elbow: 0.040 against 0.039
   const std::string moved = study.cell("one", "patterns", "loaded spring centre: actual over");
   EXPECT_NE(moved.find("mean 1.0"), std::string::npos) << moved;
 }

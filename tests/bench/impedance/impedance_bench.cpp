@@ -52,14 +52,16 @@ BENCHMARK(update_least_squares);
 
 /// One condition of 16 trials from prepared samples: filter, fit, intervals, diagnosis, trace.
 void identify_condition(benchmark::State& state) {
-  const auto trials = simulate(typical_subject(), SimulatedRig{}, directions(), 1);
+  SimulatedRig rig;
+  rig.is_command_recorded = true;
+  const auto trials = simulate(typical_subject(), rig, directions(), 1);
   Options options;
-  options.method = kMethods[state.range(0)];
+  options.method = kPerturbationMethods[state.range(0)];
   options.has_trace = state.range(1) != 0;
   for (auto _ : state) benchmark::DoNotOptimize(identify(trials, options));
   state.SetLabel(std::string(name_of(options.method)) + (options.has_trace ? ", with trace" : ""));
 }
-BENCHMARK(identify_condition)->ArgsProduct({{0, 1, 2}, {0, 1}})->Unit(benchmark::kMillisecond);
+BENCHMARK(identify_condition)->ArgsProduct({{0, 1, 2, 3}, {0, 1}})->Unit(benchmark::kMillisecond);
 
 /// What a dashboard asks for while samples arrive.
 void estimate_live(benchmark::State& state) {

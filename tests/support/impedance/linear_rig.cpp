@@ -205,7 +205,9 @@ std::vector<Trial> simulate(const SimulatedArm& arm, const SimulatedRig& rig,
   for (std::size_t i = 0; i < directions.size(); ++i) {
     const auto number = static_cast<std::uint32_t>(i + 1);
     const RawTrial raw = simulate_raw(arm, rig, directions[i], 1000 * seed + number);
-    trials.push_back(prepare_trial(number, convert_all(rig, raw.samples), raw.onset, preparation).value());
+    trials.push_back(prepare_trial(number, convert_all(rig, raw.samples), raw.onset, preparation,
+                                   rig.is_command_recorded ? raw.commanded : std::vector<Eigen::Vector2d>{})
+                         .value());
   }
   return trials;
 }

@@ -24,11 +24,12 @@ struct SimulatedArm {
 /// commanded position, which steps by `amplitude` over `rise`. The defaults make an underdamped step of 2.5
 /// Hz that stays within 10 mm, and are the paper's sensors.
 struct SimulatedRig {
-  double mass = 8.0;          ///< kg, apparent.
-  double damping = 20.0;      ///< N s/m.
-  double stiffness = 2200.0;  ///< N/m.
-  double amplitude = 0.005;   ///< m.
-  double rise = 0.02;         ///< s of a straight ramp of the command.
+  double mass = 8.0;                 ///< kg, apparent.
+  double damping = 20.0;             ///< N s/m.
+  double stiffness = 2200.0;         ///< N/m.
+  double amplitude = 0.005;          ///< m.
+  double rise = 0.02;                ///< s of a straight ramp of the command.
+  bool is_command_recorded = false;  ///< Prepared trials hold the command.
   double sample_period = 0.005;
   double rest = 0.5;                          ///< s before the onset.
   double duration = 1.5;                      ///< s from the onset.

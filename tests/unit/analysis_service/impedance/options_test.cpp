@@ -36,10 +36,24 @@ TEST(Options, AreRefusedOutsideTheirLimitsWithNameValueAndLimit) {
 }
 
 TEST(Options, KnowMethodsAndModelsByName) {
-  for (const Method method : kMethods) EXPECT_EQ(method_named(name_of(method)).value(), method);
+  for (const Method method : kEveryMethod) EXPECT_EQ(method_named(name_of(method)).value(), method);
   for (const Model model : kModels) EXPECT_EQ(model_named(name_of(model)).value(), model);
   EXPECT_EQ(method_named("kalman").error().message,
-            "method is 'kalman', allowed is one of lowpass, optimal, state_variable, spectral");
+            "method is 'kalman', allowed is one of lowpass, optimal, state_variable, refined, spectral");
+}
+
+TEST(Options, OfferEachMethodForTheDataThatItSuits) {
+  EXPECT_TRUE(suits(Method::kRefined, false));
+  EXPECT_FALSE(suits(Method::kRefined, true));
+  EXPECT_FALSE(suits(Method::kSpectral, false));
+  EXPECT_TRUE(suits(Method::kSpectral, true));
+  for (const Method method : kMethods) EXPECT_TRUE(suits(method, true) && suits(method, false));
+}
+
+TEST(Options, LeaveRecordsToSpectralWherePerturbationsAreRefined) {
+  const Options options = with_method(Options{}, "refined").value();
+  EXPECT_EQ(options.method, Method::kRefined);
+  EXPECT_EQ(options.record_method, Method::kSpectral);
 }
 
 }  // namespace

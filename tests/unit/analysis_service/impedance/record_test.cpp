@@ -41,7 +41,7 @@ TEST(ContinuousRecord, IsIdentifiedInTheFrequencyDomainUnlessAnotherMethodIsAske
   EXPECT_NEAR(e.value.M(0, 0) / truth.M(0, 0), 1.0, 0.02);
   EXPECT_GT(e.band_high, e.band_low);
   EXPECT_GT(e.units, 5U);
-  EXPECT_EQ(e.checks.size(), 13U);
+  EXPECT_EQ(e.checks.size(), 14U);
   EXPECT_LE(e.force_lag_low[0], 0.0);
   EXPECT_GE(e.force_lag_high[0], 0.0);
   Options options;

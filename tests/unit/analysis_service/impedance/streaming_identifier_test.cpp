@@ -75,7 +75,8 @@ TEST(StreamingIdentifier, EndsWithTheBitsOfTheOfflineResult) {
                              .value());
       }
       const Estimate offline = identify(trials, options).value();
-      EXPECT_NE(offline.status, Status::kUndetermined);
+      // Without damping the model explains too little of the force, and says so.
+      EXPECT_EQ(offline.status, model == Model::kLinear ? Status::kOk : Status::kSuspect);
       expect_same_bits(live.finish().value(), offline);
       expect_same_bits(live.estimate(), offline);
     }

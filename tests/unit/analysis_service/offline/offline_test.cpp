@@ -126,10 +126,41 @@ TEST(IdentifyRecordings, ContinuousEventIsItsOwnRowsAndNoOthers) {
   }
   const auto found = only(identify(record));
   EXPECT_EQ(found.method(), "spectral");
+  EXPECT_EQ(found.model(), "linear");
   EXPECT_EQ(found.status(), v1::ESTIMATE_OK) << (found.reasons().empty() ? "" : found.reasons()[0]);
   EXPECT_EQ(found.samples(), 15'000U);
   EXPECT_NEAR(found.stiffness_N_per_m().value()[0], 900.0, 9.0);
   EXPECT_NEAR(found.mass_kg().value()[0], 1.2, 0.012);
+}
+
+TEST(IdentifyRecordings, FrictionOfARecordIsAParameterOfItsModelWithUnits) {
+  auto record = stochastic();
+  for (std::size_t i = 1; i + 1 < record.rows.size(); ++i) {
+    const double step = record.rows[i + 1].raw.encoder_count[0] - record.rows[i - 1].raw.encoder_count[0];
+    record.rows[i].raw.force_V[0] += step > 0.0 ? 4.0 : -4.0;
+  }
+  EXPECT_EQ(only(identify(record)).status(), v1::ESTIMATE_SUSPECT);
+  impedance::Options options;
+  options.model = impedance::Model::kAutomatic;
+  const auto found = only(identify(record, options));
+  EXPECT_EQ(found.model(), "friction");
+  EXPECT_EQ(found.status(), v1::ESTIMATE_OK) << (found.reasons().empty() ? "" : found.reasons()[0]);
+  EXPECT_NE(found.compared_models().find("linear: refused; friction: accepted"), std::string::npos)
+      << found.compared_models();
+  ASSERT_EQ(found.parameters().size(), 1U);
+  EXPECT_EQ(found.parameters()[0].name(), "friction");
+  EXPECT_EQ(found.parameters()[0].unit(), "N");
+  EXPECT_NEAR(found.parameters()[0].value(), 4.0, 0.2);
+  EXPECT_NEAR(found.damping_Ns_per_m().value()[0], 12.0, 1.2);
+}
+
+TEST(IdentifyRecordings, ModelsOfRecordsAreRefusedForPerturbationsByName) {
+  impedance::Options options;
+  options.model = impedance::Model::kReflex;
+  const auto estimate = only(identify(raw(), options));
+  EXPECT_EQ(estimate.status(), v1::ESTIMATE_UNDETERMINED);
+  ASSERT_FALSE(estimate.reasons().empty());
+  EXPECT_NE(estimate.reasons()[0].find("reflex"), std::string::npos) << estimate.reasons()[0];
 }
 
 TEST(IdentifyRecordings, RowsOfContinuousEventsAreUsedOnce) {
@@ -269,6 +300,53 @@ TEST(IdentifyRecordings, LeavesOutEveryTrialThatASensorClipsAtItsLimit) {
   ASSERT_FALSE(estimates.at(0).left_out.empty());
   for (const auto& trial : estimates[0].left_out)
     EXPECT_TRUE(trial.reason.starts_with("saturated: ")) << trial.reason;
+}
+
+/// Sound but for one trial, whose hand is 8 mm beside its place.
+recording::Recording with_a_trial_off_target() {
+  auto record = converted();
+  const recording::Stretch stretch = recording::stretch_of(record, record.events[3]);
+  for (std::size_t i = stretch.first; i <= stretch.last; ++i) record.rows[i].raw.encoder_count[0] += 0.008;
+  return record;
+}
+
+TEST(IdentifyRecordings, JudgesTrialsByTheLimitsOfLiveOnes) {
+  const auto record = with_a_trial_off_target();
+  const auto estimates = identify(record);
+  ASSERT_EQ(estimates.at(0).left_out.size(), 1U);
+  EXPECT_EQ(estimates[0].left_out[0].trial, record.events[3].trial);
+  EXPECT_TRUE(estimates[0].left_out[0].reason.starts_with("off target: hand "))
+      << estimates[0].left_out[0].reason;
+  EXPECT_EQ(estimates[0].estimate.trials_used(), 15U);
+}
+
+TEST(IdentifyRecordings, JudgesByTheLimitsThatWereChosen) {
+  const auto record = with_a_trial_off_target();
+  JudgeChoice wide;
+  wide.start_offset = 0.010;
+  JudgeChoice reaching;
+  reaching.is_reaching = true;
+  for (const JudgeChoice& choice : {wide, reaching}) {
+    const auto estimates = identify_recordings({&record, 1}, {impedance::Options{}}, choice).value();
+    EXPECT_TRUE(estimates.at(0).left_out.empty());
+    EXPECT_EQ(estimates[0].estimate.trials_used(), 16U);
+  }
+}
+
+TEST(IdentifyRecordings, APlaceThatIsNotStatedIsNotTheOrigin) {
+  auto record = converted();
+  record.posture_position.reset();
+  const auto estimates = identify(record);
+  EXPECT_TRUE(estimates.at(0).left_out.empty()) << estimates[0].left_out[0].reason;
+  EXPECT_EQ(only(estimates).status(), v1::ESTIMATE_OK);
+}
+
+TEST(JudgeChoice, RotaryRigsAreNotHeldToMetresUnlessALimitIsChosen) {
+  JudgeChoice choice;
+  EXPECT_FALSE(std::isfinite(choice.limits(true).excursion));
+  EXPECT_EQ(choice.limits(false).excursion, JudgeLimits{}.excursion);
+  choice.excursion = 0.2;
+  EXPECT_EQ(choice.limits(true).excursion, 0.2);
 }
 
 TEST(IdentifyRecordings, RefusesARigThatCannotBeConvertedWith) {

@@ -54,7 +54,7 @@ TEST(Refined, FindsTheArmExactlyWhereSensorsArePerfect) {
     const Estimate found = identify(trials_of(arm, rig, lab::directions(), 1), settings_of(rig));
     ASSERT_EQ(found.shortage, Shortage::kNone);
     EXPECT_LT(worst_error(found, arm), 2e-3) << rise;
-    EXPECT_GT(found.explained.minCoeff(), 0.9999);
+    EXPECT_GT(found.misfit.explained.minCoeff(), 0.9999);
   }
 }
 

@@ -39,7 +39,7 @@ TEST(CommandLine, TakesTheFilterOfAContinuousRecord) {
 }
 
 TEST(CommandLine, CombinesMethodsAndModels) {
-  EXPECT_THAT(settings_of("--method all --model all")->core.book.analyses, SizeIs(20));
+  EXPECT_THAT(settings_of("--method all --model all")->core.book.analyses, SizeIs(21));
   EXPECT_THAT(settings_of("--method lowpass --method optimal --method lowpass")->core.book.analyses,
               SizeIs(2));
 }

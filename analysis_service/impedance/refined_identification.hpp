@@ -1,0 +1,22 @@
+#pragma once
+
+#include <optional>
+#include <span>
+
+#include "analysis_service/impedance/identification.hpp"
+
+namespace tonus::impedance {
+
+/// Identifies perturbations by instrumental variables (analysis_service/refined), model (3), with its checks:
+/// mean residual along the command with the share that is explained, lag, reflex, hardening, friction, width
+/// of the intervals, units. A term counts where it is significant at 1 % over the tests and moves an element
+/// of M, B, K beyond its 95 % interval; a lag, also where it exceeds 1 ms.
+///
+/// Fills the estimate's numbers, checks and reasons, or returns why there are none. `trials` are in order and
+/// last for the window. Intervals: trial-wise covariance CR2, Student's t with the degrees of freedom of Bell
+/// and McCaffrey, element by element. `sigma` is that behind the test functions, `explained` of the trials'
+/// mean response there: what a trial scatters is in the intervals.
+[[nodiscard]] std::optional<Reason> identify_refined(std::span<const Trial* const> trials,
+                                                     const Options& options, Estimate& estimate);
+
+}  // namespace tonus::impedance

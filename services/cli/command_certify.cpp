@@ -1,0 +1,197 @@
+#include <CLI/CLI.hpp>
+#include <algorithm>
+#include <cstdio>
+#include <memory>
+#include <nlohmann/json.hpp>
+#include <spdlog/fmt/fmt.h>
+
+#include "analysis_service/certify/certification.hpp"
+#include "services/cli/commands.hpp"
+#include "services/cli/progress_bar.hpp"
+#include "services/core/text_file.hpp"
+#include "services/runtime/options.hpp"
+
+namespace tonus::cli {
+namespace {
+
+constexpr const char* kMatrices[] = {"M", "B", "K", "X0"};
+
+struct CertifyOptions {
+  std::uint64_t seed = 1;
+  std::size_t conditions = 300;
+  std::vector<int> trials{16};
+  std::vector<std::string> settings{"white", "encoder", "living"};
+  double rise = 0.2;
+  double amplitude_mm = 5.0;
+  bool has_errors = false;
+  std::string json;
+};
+
+Result<certify::Setting> setting_named(const std::string& name) {
+  std::string allowed;
+  for (const certify::Setting& setting : certify::settings()) {
+    if (setting.name == name) return setting;
+    allowed += (allowed.empty() ? "" : ", ") + setting.name;
+  }
+  return fail(ErrorCode::kInvalidArgument,
+              fmt::format("--setting: '{}' is not allowed; expected {}", name, allowed));
+}
+
+void print(const certify::Cell& cell, const std::vector<certify::MethodWorth>& worths) {
+  std::printf("%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu\n",
+              cell.setting.name.c_str(), cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
+              cell.conditions, static_cast<unsigned long long>(cell.seed));
+  std::printf("  %-15s%-4s%18s%12s%18s%18s%14s\n", "method", "", "largest bias", "RMSE",
+              "  RMSE/bound (worst)", "coverage", "half-width");
+  for (const certify::MethodWorth& worth : worths) {
+    for (std::size_t i = 0; i < 4; ++i) {
+      const certify::MatrixWorth& m = worth.matrices[i];
+      const bool is_centre = i == 3;
+      const double unit = is_centre ? 1e3 : 100.0;
+      const std::string ratio =
+          is_centre ? "" : fmt::format("{:.2f} ({:.2f})", m.over_bound, m.worst_over_bound);
+      std::printf("  %-15s%-4s%+9.3g ± %-6.2g%10.3g %s%18s%9.1f ± %-4.1f %%%10.3g %s\n",
+                  i == 0 ? std::string(impedance::name_of(worth.method)).c_str() : "", kMatrices[i],
+                  unit * m.bias, unit * m.bias_error, unit * m.rmse, is_centre ? "mm" : "% ", ratio.c_str(),
+                  100.0 * m.coverage, 100.0 * m.coverage_error, unit * m.half_width, is_centre ? "mm" : "%");
+    }
+    std::printf("  %-15ssuspect %zu, undetermined %zu of %zu\n", "", worth.suspect, worth.undetermined,
+                worth.conditions);
+  }
+  std::printf("\n");
+  std::fflush(stdout);
+}
+
+void print_errors_head(const certify::Cell& cell) {
+  std::printf(
+      "%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu; elements wrong and ok, %%\n",
+      cell.setting.name.c_str(), cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
+      cell.conditions, static_cast<unsigned long long>(cell.seed));
+  std::printf("  %-16s%-16s%10s%8s%8s%8s%14s\n", "arm", "method", "flagged", "M", "B", "K", "K to 5 mm");
+}
+
+void print_errors(const std::string& name, const std::vector<certify::MethodWorth>& worths) {
+  for (const certify::MethodWorth& worth : worths) {
+    const auto flagged = static_cast<double>(worth.suspect + worth.undetermined);
+    std::printf("  %-16s%-16s%8.1f %%%8.1f%8.1f%8.1f%14.1f\n", &worth == &worths.front() ? name.c_str() : "",
+                std::string(impedance::name_of(worth.method)).c_str(),
+                100.0 * flagged / static_cast<double>(worth.conditions),
+                100.0 * worth.matrices[0].wrong_and_ok, 100.0 * worth.matrices[1].wrong_and_ok,
+                100.0 * worth.matrices[2].wrong_and_ok, 100.0 * worth.wrong_and_ok_secant);
+  }
+  std::fflush(stdout);
+}
+
+nlohmann::json as_json(const certify::Cell& cell, const std::vector<certify::MethodWorth>& worths) {
+  nlohmann::json methods = nlohmann::json::array();
+  for (const certify::MethodWorth& worth : worths) {
+    nlohmann::json one = {{"method", impedance::name_of(worth.method)},
+                          {"suspect", worth.suspect},
+                          {"undetermined", worth.undetermined},
+                          {"wrong_and_ok_secant", worth.wrong_and_ok_secant}};
+    for (std::size_t i = 0; i < 4; ++i) {
+      const certify::MatrixWorth& m = worth.matrices[i];
+      const bool is_centre = i == 3;
+      const std::string unit = is_centre ? "_m" : "_share";
+      one[kMatrices[i]] = {{"bias" + unit, m.bias},         {"bias_error" + unit, m.bias_error},
+                           {"rmse" + unit, m.rmse},         {"half_width" + unit, m.half_width},
+                           {"coverage", m.coverage},        {"coverage_error", m.coverage_error},
+                           {"wrong_and_ok", m.wrong_and_ok}};
+      if (is_centre) continue;
+      one[kMatrices[i]]["rmse_over_bound"] = m.over_bound;
+      one[kMatrices[i]]["worst_rmse_over_bound"] = m.worst_over_bound;
+    }
+    methods.push_back(one);
+  }
+  return {{"setting", cell.setting.name},
+          {"trials", cell.design.trials},
+          {"rise_s", cell.design.rise},
+          {"amplitude_m", cell.design.amplitude},
+          {"conditions", cell.conditions},
+          {"seed", cell.seed},
+          {"methods", methods}};
+}
+
+std::vector<certify::MethodWorth> certified(const certify::Cell& cell, const std::string& what) {
+  ProgressBar progress(what);
+  auto worths = certify::certify(
+      cell, [&](std::uint64_t done, std::uint64_t all) { progress.show(done, all, "conditions"); });
+  progress.clear();
+  return worths;
+}
+
+void certify_errors(certify::Cell cell, nlohmann::json& cells) {
+  print_errors_head(cell);
+  for (const certify::NamedError& one : certify::model_errors()) {
+    cell.setting.error = one.error;
+    const auto worths = certified(cell, fmt::format("{}, {}", cell.setting.name, one.name));
+    print_errors(one.name, worths);
+    cells.push_back(as_json(cell, worths));
+    cells.back()["arm"] = one.name;
+  }
+  std::printf("\n");
+}
+
+Result<void> certify_all(const CertifyOptions& options) {
+  nlohmann::json cells = nlohmann::json::array();
+  for (const std::string& name : options.settings) {
+    TONUS_TRY_ASSIGN(const auto setting, setting_named(name));
+    for (const int trials : options.trials) {
+      certify::Cell cell;
+      cell.setting = setting;
+      cell.design.trials = trials;
+      cell.design.rise = options.rise;
+      cell.design.amplitude = 1e-3 * options.amplitude_mm;
+      cell.conditions = options.conditions;
+      cell.seed = options.seed;
+      if (options.has_errors) {
+        certify_errors(cell, cells);
+        continue;
+      }
+      const auto worths = certified(cell, fmt::format("{}, {} trials", name, trials));
+      print(cell, worths);
+      cells.push_back(as_json(cell, worths));
+    }
+  }
+  if (options.json.empty()) return {};
+  return write_text_file(options.json, cells.dump(1) + "\n");
+}
+
+}  // namespace
+
+void add_certify_command(CLI::App& app, Command& chosen) {
+  auto* command = app.add_subcommand("certify",
+                                     "Simulates conditions of known subjects and prints each method's bias, "
+                                     "error over the Cramer-Rao bound, and "
+                                     "the share of true values in its intervals.");
+  auto options = std::make_shared<CertifyOptions>();
+  command->add_option("--seed", options->seed, "of subjects, rigs and noise")->capture_default_str();
+  command->add_option("--conditions", options->conditions, "a cell, spread over five postures")
+      ->check(CLI::Range(2, 1'000'000))
+      ->capture_default_str();
+  command->add_option("--trials", options->trials, "perturbations a condition; several: a cell each")
+      ->delimiter(',')
+      ->check(CLI::Range(8, 1024))
+      ->capture_default_str();
+  command->add_option("--setting", options->settings, "white, encoder, living; several: a cell each")
+      ->delimiter(',')
+      ->capture_default_str();
+  command->add_option("--rise", options->rise, "time of the command's ramp, s")
+      ->check(CLI::Range(0.005, 0.9))
+      ->capture_default_str();
+  command->add_option("--amplitude", options->amplitude_mm, "of the perturbation, mm")
+      ->check(CLI::Range(0.1, 50.0))
+      ->capture_default_str();
+  command->add_flag(
+      "--model-errors", options->has_errors,
+      "arms with a reflex, slack in the grip, hardening: what is flagged, what is wrong and ok");
+  command->add_option("--json", options->json, "file for the results");
+  command->callback([options, &chosen] {
+    chosen = [options] {
+      const auto outcome = certify_all(*options);
+      return outcome ? 0 : runtime::report("tonus certify", outcome.error());
+    };
+  });
+}
+
+}  // namespace tonus::cli
