@@ -57,6 +57,23 @@ TEST(ContinuousRecord, OfAForceWithTheOppositeSignSaysSoAndNamesTheOption) {
   ASSERT_TRUE(has(e, Reason::kForceSign));
   EXPECT_NE(e.details.at(Reason::kForceSign).find("--force-sign"), std::string::npos);
   EXPECT_FALSE(has(e, Reason::kNegativeStiffness));
+  Options options;
+  options.model = Model::kFriction;
+  const Estimate with_friction = identify(trials, options).value();
+  EXPECT_TRUE(has(with_friction, Reason::kForceSign));
+  EXPECT_FALSE(has(with_friction, Reason::kNegativeMass));
+}
+
+TEST(ContinuousRecord, ThatResolvesTooFewFrequenciesSaysHowFarApartTheyAre) {
+  auto trials = trials_of(drawn("resonance_0.05"));
+  const Eigen::Index rows = 200;
+  trials[0].displacement.conservativeResize(rows, Eigen::NoChange);
+  trials[0].force.conservativeResize(rows, Eigen::NoChange);
+  if (!trials[0].is_missing.empty()) trials[0].is_missing.resize(static_cast<std::size_t>(rows));
+  const Estimate e = identify(trials, Options{}).value();
+  ASSERT_EQ(e.status, Status::kUndetermined);
+  ASSERT_TRUE(has(e, Reason::kNotCoherent));
+  EXPECT_NE(e.details.at(Reason::kNotCoherent).find("Hz apart as"), std::string::npos);
 }
 
 TEST(ContinuousRecord, StatesTheFailedTestWithItsNumberAndLimit) {
