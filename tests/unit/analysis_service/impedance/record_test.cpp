@@ -64,18 +64,6 @@ TEST(ContinuousRecord, OfAForceWithTheOppositeSignSaysSoAndNamesTheOption) {
   EXPECT_FALSE(has(with_friction, Reason::kNegativeMass));
 }
 
-TEST(ContinuousRecord, ThatResolvesTooFewFrequenciesSaysHowFarApartTheyAre) {
-  auto trials = trials_of(drawn("resonance_0.05"));
-  const Eigen::Index rows = 200;
-  trials[0].displacement.conservativeResize(rows, Eigen::NoChange);
-  trials[0].force.conservativeResize(rows, Eigen::NoChange);
-  if (!trials[0].is_missing.empty()) trials[0].is_missing.resize(static_cast<std::size_t>(rows));
-  const Estimate e = identify(trials, Options{}).value();
-  ASSERT_EQ(e.status, Status::kUndetermined);
-  ASSERT_TRUE(has(e, Reason::kNotCoherent));
-  EXPECT_NE(e.details.at(Reason::kNotCoherent).find("Hz apart as"), std::string::npos);
-}
-
 TEST(ContinuousRecord, StatesTheFailedTestWithItsNumberAndLimit) {
   const Estimate e = identify(trials_of(drawn("friction")), Options{}).value();
   EXPECT_EQ(e.status, Status::kSuspect);
