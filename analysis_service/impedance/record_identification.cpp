@@ -101,7 +101,7 @@ Reason reason_of(spectral::Shortage shortage) {
   return Reason::kTooFewSamples;
 }
 
-std::string detail_of(spectral::Shortage shortage, Eigen::Index samples) {
+std::string detail_of(spectral::Shortage shortage, Eigen::Index samples, double seconds) {
   switch (shortage) {
     case spectral::Shortage::kNone:
     case spectral::Shortage::kTooFewSamples:
@@ -111,7 +111,10 @@ std::string detail_of(spectral::Shortage shortage, Eigen::Index samples) {
     case spectral::Shortage::kTooFewSegments:
       return "the record is too short, or its gaps are too close, for 18 segments";
     case spectral::Shortage::kNotCoherent:
-      return "fewer than 8 frequencies at which force and motion are coherent on every axis";
+      return fmt::format(
+          "fewer than 8 frequencies, {:.2g} Hz apart as {:.3g} s allow, at which force and motion are "
+          "coherent on every axis",
+          spectral::kSegmentsOfLongest / seconds, seconds);
     case spectral::Shortage::kUnsettled:
       return "the coefficients beside M, B and K do not settle: the data do not tell them apart";
   }
@@ -245,7 +248,9 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
   if (found.outcome == spectral::Outcome::kNone) {
     const Reason reason = reason_of(found.shortage);
     conclude(estimate, reason, diagnosis);
-    estimate.details[reason] = detail_of(found.shortage, estimate.samples);
+    estimate.details[reason] =
+        detail_of(found.shortage, estimate.samples,
+                  static_cast<double>(estimate.samples) * trials.front()->sample_period);
     return;
   }
   estimate.units = static_cast<std::size_t>(found.blocks);

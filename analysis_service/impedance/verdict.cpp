@@ -16,7 +16,7 @@ bool is_positive_definite(const AxisMatrix& Z) {
 
 /// What a force of the opposite sign looks like.
 bool is_every_diagonal_negative(const Estimate& estimate) {
-  if (estimate.model != Model::kLinear) return false;
+  if (!is_record_model(estimate.model)) return false;
   for (const AxisMatrix* matrix : {&estimate.value.M, &estimate.value.B, &estimate.value.K}) {
     if (!(matrix->diagonal().maxCoeff() < 0.0)) return false;
   }
@@ -151,8 +151,7 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
   } else {
     add(!is_positive_definite(estimate.value.K), Reason::kNegativeStiffness);
     add(!is_positive_definite(estimate.value.M), Reason::kNegativeMass);
-    add(estimate.model == Model::kLinear && !is_positive_definite(estimate.value.B),
-        Reason::kNegativeDamping);
+    add(is_record_model(estimate.model) && !is_positive_definite(estimate.value.B), Reason::kNegativeDamping);
     estimate.status = estimate.reasons.empty() ? Status::kOk : Status::kSuspect;
   }
   std::ranges::sort(estimate.reasons);

@@ -23,8 +23,7 @@ std::vector<Row> rows_of(const recording::Recording& record, const recording::St
     Row row;
     row.raw = record.rows[i].raw;
     row.raw.acquisition_ns = recording::row_time_ns(record, i);
-    constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
-    row.commanded = record.commanded.empty() ? std::array{kUnknown, kUnknown} : record.commanded[i];
+    row.commanded = record.commanded.empty() ? recording::kNoCommand : record.commanded[i];
     row.phase = i < stretch.onset ? Phase::kWaiting : Phase::kPerturbing;
     row.is_missing = record.rows[i].is_missing;
     rows.push_back(row);
@@ -81,6 +80,7 @@ Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recordi
   owner.participant = record.participant.id;
   owner.session = record.session;
   owner.run = record.run;
+  owner.tracking_system = record.tracking_system;
   OfflineBook book(analyses, std::move(owner));
   const RigUnits units{record.displacement_unit, record.force_unit};
   const TrialJudge judge(limits_for(record, choice, units));
@@ -114,17 +114,18 @@ Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recordi
 
 using Estimates = Result<std::vector<OfflineEstimate>>;
 
-/// identify(i) for every i, on all processors, in order; or the first error in that order.
+/// identify(i) for every i, on all processors, in order.
 template <typename Identify>
-Estimates identify_each(std::size_t count, const Identify& identify) {
+std::vector<Estimates> identify_each(std::size_t count, const Identify& identify) {
   std::vector<std::optional<Estimates>> found(count);
   for_each_in_parallel(count, [&](std::size_t i) { found[i] = identify(i); });
-  std::vector<OfflineEstimate> all;
-  for (auto& of_one : found) {
-    if (!*of_one) return of_one->error();
-    std::move((*of_one)->begin(), (*of_one)->end(), std::back_inserter(all));
-  }
+  std::vector<Estimates> all;
+  for (auto& of_one : found) all.push_back(*std::move(of_one));
   return all;
+}
+
+void append(std::vector<OfflineEstimate> part, std::vector<OfflineEstimate>& all) {
+  std::move(part.begin(), part.end(), std::back_inserter(all));
 }
 
 }  // namespace
@@ -132,15 +133,20 @@ Estimates identify_each(std::size_t count, const Identify& identify) {
 Result<std::vector<OfflineEstimate>> identify_recordings(std::span<const recording::Recording> recordings,
                                                          const std::vector<impedance::Options>& analyses,
                                                          const JudgeChoice& judge) {
-  return identify_each(recordings.size(),
-                       [&](std::size_t i) { return identify_recording(recordings[i], i, analyses, judge); });
+  std::vector<OfflineEstimate> all;
+  for (auto& of_one : identify_each(recordings.size(), [&](std::size_t i) {
+         return identify_recording(recordings[i], i, analyses, judge);
+       })) {
+    if (!of_one) return of_one.error();
+    append(*std::move(of_one), all);
+  }
+  return all;
 }
 
-Result<std::vector<OfflineEstimate>> identify_dataset(const recording::Dataset& dataset,
-                                                      const std::vector<impedance::Options>& analyses,
-                                                      std::optional<int> force_sign,
-                                                      const JudgeChoice& judge) {
-  return identify_each(dataset.runs(), [&](std::size_t i) -> Estimates {
+Result<DatasetEstimates> identify_dataset(const recording::Dataset& dataset,
+                                          const std::vector<impedance::Options>& analyses,
+                                          std::optional<int> force_sign, const JudgeChoice& judge) {
+  auto runs = identify_each(dataset.runs(), [&](std::size_t i) -> Estimates {
     TONUS_TRY_ASSIGN(auto record, dataset.read(i));
     for (const auto& options : analyses) {
       TONUS_TRY(impedance::validate(options, 1.0 / record.sampling_frequency));
@@ -150,6 +156,19 @@ Result<std::vector<OfflineEstimate>> identify_dataset(const recording::Dataset& 
     }
     return identify_recording(record, i, analyses, judge);
   });
+  DatasetEstimates found{{}, dataset.left_out()};
+  std::optional<Error> first;
+  for (auto& run : runs) {
+    if (run) {
+      append(*std::move(run), found.estimates);
+      continue;
+    }
+    if (!first) first = run.error();
+    found.left_out.push_back(run.error().message);
+  }
+  const bool has_none = std::ranges::none_of(runs, [](const Estimates& run) { return run.has_value(); });
+  if (first && has_none) return *first;
+  return found;
 }
 
 }  // namespace tonus::identification

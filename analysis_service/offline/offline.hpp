@@ -26,6 +26,7 @@ struct OfflineEstimate {
   std::string participant;
   std::string session;  ///< Empty: none.
   int run = 1;
+  std::string tracking_system;    ///< Of a dataset's run; empty: none.
   std::vector<LeftOut> left_out;  ///< Of this condition.
   v1::Estimate estimate;
 };
@@ -41,12 +42,19 @@ struct OfflineEstimate {
     std::span<const recording::Recording> recordings, const std::vector<impedance::Options>& analyses,
     const JudgeChoice& judge = {});
 
+/// What a dataset gave.
+struct DatasetEstimates {
+  std::vector<OfflineEstimate> estimates;
+  std::vector<std::string> left_out;  ///< What the dataset left out, and runs, a line each with the reason.
+};
+
 /// The same for every recording of a dataset, each of which is read when its turn comes: no more of them than
 /// there are processors are in memory. `force_sign`, where given, is stated for every one
-/// (recording::state_force_sign). Besides: errors of reading, and options that a recording's sample rate does
-/// not allow.
-[[nodiscard]] Result<std::vector<OfflineEstimate>> identify_dataset(
-    const recording::Dataset& dataset, const std::vector<impedance::Options>& analyses,
-    std::optional<int> force_sign = {}, const JudgeChoice& judge = {});
+/// (recording::state_force_sign). A run that cannot be read, or whose sample rate does not allow the options,
+/// is left out; an error, that of the first one, where none remains.
+[[nodiscard]] Result<DatasetEstimates> identify_dataset(const recording::Dataset& dataset,
+                                                        const std::vector<impedance::Options>& analyses,
+                                                        std::optional<int> force_sign = {},
+                                                        const JudgeChoice& judge = {});
 
 }  // namespace tonus::identification

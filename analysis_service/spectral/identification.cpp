@@ -17,7 +17,7 @@ namespace tonus::spectral {
 namespace {
 
 /// Segment lengths tried, as shares of the rows in which the input is on.
-constexpr double kLengthShares[] = {1.0 / 60, 1.0 / 30, 1.0 / 16, 1.0 / 9, 1.0 / 5.5};
+constexpr double kLengthShares[] = {1.0 / 60, 1.0 / 30, 1.0 / 16, 1.0 / 9, 1.0 / kSegmentsOfLongest};
 constexpr Eigen::Index kShortestSegment = 32;
 
 template <int N>

@@ -54,6 +54,8 @@ enum class Shortage : std::uint8_t {
 };
 
 inline constexpr Eigen::Index kFewestRows = 200;
+inline constexpr double kSegmentsOfLongest =
+    5.5;  ///< Of the time with input, over the longest segment tried.
 
 struct Settings {
   double most_lag = 0.02;  ///< s, of force against motion, either way; not less than two samples.

@@ -52,7 +52,7 @@ void RecordedTrials::add(const recording::Recording& source) {
       row.raw.encoder_count.fill(std::numeric_limits<double>::quiet_NaN());
       row.raw.force_V.fill(std::numeric_limits<double>::quiet_NaN());
     }
-    if (!source.commanded.empty()) row.command = source.commanded[i];
+    row.command = source.commanded.empty() ? recording::kNoCommand : source.commanded[i];
     recording_.rows.push_back(row);
   }
   const std::size_t last = recording_.rows.size() - 1;

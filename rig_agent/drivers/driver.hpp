@@ -30,7 +30,7 @@ struct Reading {
   RawSample raw;
   bool is_emergency_stop_pressed = false;
   RowMark mark = RowMark::kNone;
-  std::array<double, 2> recorded_command{};  ///< Displacement command of a recording, m in S; zero otherwise.
+  std::array<double, 2> recorded_command{};  ///< Of a recording, m in S; not finite: not known.
 };
 
 /// Told to the driver in the cycle in which a trial starts: where the subject's shoulder now stands, where

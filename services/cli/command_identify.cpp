@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <optional>
+#include <set>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/offline/archived_session.hpp"
@@ -12,6 +13,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/core/json_text.hpp"
+#include "services/core/text.hpp"
 #include "services/core/text_file.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
@@ -57,14 +59,15 @@ Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& optio
   return analyses;
 }
 
-using Estimates = Result<std::vector<identification::OfflineEstimate>>;
+using identification::DatasetEstimates;
+using Estimates = Result<DatasetEstimates>;
 
 Estimates identify_dataset(const IdentifyOptions& options, const std::vector<impedance::Options>& analyses) {
   if (!options.session.empty()) {
     return fail(ErrorCode::kInvalidArgument, fmt::format("--session {}: is for archives, '{}' is a dataset",
                                                          options.session, options.source));
   }
-  const auto dataset = recording::Dataset::open(options.source);
+  const auto dataset = recording::Dataset::open(options.source, recording::Imperfect::kLeftOut);
   if (!dataset) return dataset.error();
   const auto sign = options.force_sign == 0 ? std::nullopt : std::optional<int>(options.force_sign);
   return identification::identify_dataset(*dataset, analyses, sign, options.judge.choice());
@@ -89,7 +92,9 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
     if (auto valid = impedance::validate(options.settings, period); !valid) return valid.error();
     break;
   }
-  return identification::identify_session(**store, *session, analyses, options.judge.choice());
+  TONUS_TRY_ASSIGN(auto found,
+                   identification::identify_session(**store, *session, analyses, options.judge.choice()));
+  return DatasetEstimates{std::move(found), {}};
 }
 
 /// A file or a URL is an archive; a folder is a dataset, or the data folder of a system with its archive in
@@ -106,9 +111,11 @@ Estimates identify_source(const IdentifyOptions& options, const std::vector<impe
   return identify_dataset(options, analyses);
 }
 
-void print(const ConditionResult& result) {
-  std::printf("%s%s%s run %d, %s", result.participant.c_str(), result.session.empty() ? "" : " ",
-              result.session.c_str(), result.run, as_text(result.estimate, {}).c_str());
+void print(const ConditionResult& result, bool with_tracking_system) {
+  std::printf("%s%s%s run %d%s, %s", result.participant.c_str(), result.session.empty() ? "" : " ",
+              result.session.c_str(), result.run,
+              with_tracking_system ? (" tracksys " + result.tracking_system).c_str() : "",
+              as_text(result.estimate, {}).c_str());
   if (result.estimate.settled_s() >= 0.0) std::printf("  settled in %.3g s\n", result.estimate.settled_s());
   for (const auto& trial : result.rejected) {
     std::printf("  trial %lld left out: %s\n", static_cast<long long>(trial.trial), trial.reason.c_str());
@@ -123,15 +130,21 @@ Result<void> identify(const IdentifyOptions& options) {
   if (!estimates) return estimates.error();
 
   std::vector<ConditionResult> results;
-  for (auto& estimate : *estimates) {
-    ConditionResult result{
-        estimate.participant, estimate.session, estimate.run, {}, std::move(estimate.estimate)};
+  std::set<std::string> tracking_systems;
+  for (auto& estimate : estimates->estimates) {
+    tracking_systems.insert(estimate.tracking_system);
+    ConditionResult result{estimate.participant,         estimate.session,        estimate.run, {},
+                           std::move(estimate.estimate), estimate.tracking_system};
     for (auto& trial : estimate.left_out) result.rejected.push_back({trial.trial, std::move(trial.reason)});
     results.push_back(std::move(result));
   }
-  for (const auto& result : results) print(result);
+  for (const auto& result : results) print(result, tracking_systems.size() > 1);
+  for (const auto& item : estimates->left_out)
+    std::fprintf(stderr, "tonus identify: left out: %s\n", shown(item).c_str());
   if (options.json.empty()) return {};
-  return write_text_file(options.json, json_text(as_json(results)) + "\n");
+  auto json = as_json(results);
+  if (!estimates->left_out.empty()) json["left_out"] = estimates->left_out;
+  return write_text_file(options.json, json_text(json) + "\n");
 }
 
 }  // namespace

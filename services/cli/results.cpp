@@ -132,6 +132,7 @@ json condition(const ConditionResult& result) {
             {"samples", e.samples()},
             {"status", v1::status_name(e.status())},
             {"reasons", e.reasons()}};
+  if (!result.tracking_system.empty()) c["tracking_system"] = result.tracking_system;
   if (e.status() != v1::ESTIMATE_UNDETERMINED) {
     c["M_kg"] = matrix(e.mass_kg().value(), axes);
     c["B_Ns_per_m"] = matrix(e.damping_Ns_per_m().value(), axes);
@@ -243,13 +244,17 @@ json as_json(const std::vector<study::LoadedPosture>& postures) {
 std::string as_text(const v1::Estimate& e, const Truth& truth) {
   const unsigned axes = e.axes();
   std::string text = e.posture();
-  if (axes == 2) text += fmt::format(" ({:.3f}, {:.3f}) m", e.posture_m()[0], e.posture_m()[1]);
+  const auto& place = e.posture_m();
+  const bool is_place_known = place[0] != 0.0 || place[1] != 0.0;  // no hand is in its own shoulder
+  if (axes == 2 && is_place_known)
+    text += fmt::format("{}({:.3f}, {:.3f}) m", text.empty() ? "" : " ", place[0], place[1]);
   if (e.set_number() != 0) text += fmt::format(", set {}", e.set_number());
   if (std::hypot(e.bias_N()[0], e.bias_N()[1]) > 0.0) {
     text += fmt::format(", bias ({:+.2f}, {:+.2f}) N", e.bias_N()[0], e.bias_N()[1]);
   }
   if (!e.instruction().empty()) text += ", " + e.instruction();
-  text += fmt::format("; {}, {} model; {} trials, {} rejected; {}\n", e.method(), e.model(), e.trials_used(),
+  if (!text.empty()) text += "; ";
+  text += fmt::format("{}, {} model; {} trials, {} rejected; {}\n", e.method(), e.model(), e.trials_used(),
                       e.trials_rejected(), v1::status_name(e.status()));
   for (const auto& reason : e.reasons()) text += "  " + reason + "\n";
   if (e.status() == v1::ESTIMATE_UNDETERMINED) return text;

@@ -34,6 +34,7 @@ struct ConditionResult {
   int run = 1;
   std::vector<RejectedTrial> rejected;
   v1::Estimate estimate;
+  std::string tracking_system{};  ///< Of a dataset's run; empty: none.
 };
 
 /// `{"schema": 1, "conditions": [...]}`: one object for each estimate, matrices row by row, units in the

@@ -1,5 +1,6 @@
 #include "services/formats/csv_table.hpp"
 
+#include <cmath>
 #include <utility>
 
 #include "services/core/text.hpp"
@@ -20,6 +21,7 @@ void CsvLine::text(std::string_view given) {
 }
 
 void CsvLine::number(double value) {
+  if (!std::isfinite(value)) return nothing();
   separate();
   recording::append_number(line_, value);
 }

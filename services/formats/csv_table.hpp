@@ -12,7 +12,8 @@ class CsvLine {
  public:
   /// Quoted where it has to be, one line, and no formula for a spreadsheet: as_cell() of shown().
   void text(std::string_view given);
-  /// The shortest text that reads back as the same double.
+  /// The shortest text that reads back as the same double; nothing where it is not finite, which is not
+  /// known.
   void number(double value);
   void whole(std::integral auto value) { plain(std::to_string(value)); }
   void nothing() { plain({}); }

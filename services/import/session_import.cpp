@@ -217,7 +217,7 @@ class SessionMaker {
     sample.acquisition_ns(elapsed_ns_ + recording::row_time_ns(record, row - range.first));
     sample.encoder_count(given.raw.encoder_count);
     sample.force_V(given.raw.force_V);
-    if (!record.commanded.empty()) sample.commanded_m(record.commanded[row]);
+    sample.commanded_m(record.commanded.empty() ? recording::kNoCommand : record.commanded[row]);
     const auto assumed =
         static_cast<std::uint8_t>(row < range.onset ? v1::PHASE_WAITING : v1::PHASE_PERTURBING);
     sample.phase(record.phases.empty() ? assumed : record.phases[row]);

@@ -8,8 +8,6 @@
 #include <set>
 #include <spdlog/fmt/fmt.h>
 
-#include "services/core/folder.hpp"
-#include "services/recording/json_file.hpp"
 #include "services/recording/table.hpp"
 
 namespace tonus::recording {
@@ -301,15 +299,10 @@ Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::
 
 }  // namespace
 
-Result<std::vector<Column>> read_channels(const std::filesystem::path& stem, Recording& recording,
-                                          double nominal) {
-  const std::filesystem::path table_file = stem.string() + "_channels.tsv";
-  const std::filesystem::path json_file = stem.string() + "_channels.json";
+Result<std::vector<Column>> read_channels(const std::filesystem::path& table_file, const JsonFile& json,
+                                          Recording& recording, double nominal) {
   TONUS_TRY_ASSIGN(auto table, Table::read(table_file));
   TONUS_TRY(table.require({"name", "type", "units"}));
-  TONUS_TRY_ASSIGN(const bool has_json, is_present(json_file));
-  TONUS_TRY_ASSIGN(auto json, has_json ? JsonFile::read(json_file) : Result<JsonFile>(JsonFile(json_file)));
-
   const ChannelTable channels(std::move(table));
   TONUS_TRY(channels.require_distinct_names());
   std::vector<Column> columns(channels.size(), Column::kIgnored);

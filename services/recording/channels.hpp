@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "services/core/result.hpp"
+#include "services/recording/json_file.hpp"
 #include "services/recording/recording.hpp"
 
 namespace tonus::recording {
@@ -32,12 +33,13 @@ struct Channel {
   std::string units;
 };
 
-/// Reads `<stem>_channels.tsv` and `<stem>_channels.json`: chooses the channels (raw before converted), fills
+/// Takes a `_channels.tsv` and what `_channels.json` says: chooses the channels (raw before converted), fills
 /// the recording's rig, units, posture and names, and returns what each column holds. kInvalidArgument also
 /// for a name that occurs twice, and for a channel with another `sampling_frequency` than the recording's
 /// `nominal`.
-[[nodiscard]] Result<std::vector<Column>> read_channels(const std::filesystem::path& stem,
-                                                        Recording& recording, double nominal);
+[[nodiscard]] Result<std::vector<Column>> read_channels(const std::filesystem::path& table_file,
+                                                        const JsonFile& json, Recording& recording,
+                                                        double nominal);
 
 /// The channels that a recording is written with, in the order of its columns.
 [[nodiscard]] std::vector<Channel> channels_of(const Recording& recording, bool with_converted);

@@ -11,6 +11,8 @@
 /// BIDS Motion datasets (BIDS 1.9), the interchange format of recordings.
 namespace tonus::recording {
 
+class InheritedFiles;
+
 /// A dataset whose runs are read one by one, so that no more of them than are used are in memory. Runs are
 /// sorted by participant, session, task, acquisition and run.
 ///
@@ -18,30 +20,42 @@ namespace tonus::recording {
 /// and N in S), or one JNTANG or POS channel and one MISC channel in N or N m (one-axis rigs); raw wins where
 /// both are complete. A record without `_events.tsv` is one continuous perturbation over its whole length,
 /// with the next free trial number of its session. Rows of another `trial_type` than `perturbation` are not
-/// ours and are left out.
+/// ours and are left out. What a run's files do not say is inherited from those of the folders above, as BIDS
+/// has it. Trials without a number have the next free ones of their session.
 ///
 /// Every error is one line that names the file, the line and column where there is one, the value, and what
 /// is allowed. kNotFound: a file that must be there is not. kInvalidArgument: its content is not allowed.
 class Dataset {
  public:
-  /// Reads everything but the samples.
-  [[nodiscard]] static Result<Dataset> open(const std::filesystem::path& root);
+  /// Reads everything but the samples. Where imperfect items are left out, the dataset is refused only if no
+  /// run remains, by the reason of the first one; and trials of different runs may have the same number.
+  [[nodiscard]] static Result<Dataset> open(const std::filesystem::path& root,
+                                            Imperfect imperfect = Imperfect::kRefused);
   Dataset(Dataset&&) noexcept;
   Dataset& operator=(Dataset&&) noexcept;
   ~Dataset();
 
   [[nodiscard]] std::size_t runs() const;
 
+  /// What was left out, an item a line, with the reason.
+  [[nodiscard]] const std::vector<std::string>& left_out() const { return left_out_; }
+
   /// Run `index`, complete. Several threads may read at once.
   [[nodiscard]] Result<Recording> read(std::size_t index) const;
 
  private:
   struct Run;
-  explicit Dataset(std::vector<Run> runs);
-  [[nodiscard]] static Result<Run> open_run(const std::filesystem::path& motion_file);
-  [[nodiscard]] static Result<void> number_trials(std::vector<Run>& runs);
+  Dataset(std::vector<Run> runs, std::vector<std::string> left_out, Imperfect imperfect);
+  [[nodiscard]] static Result<Run> open_run(const std::filesystem::path& motion_file,
+                                            InheritedFiles& inherited);
+  [[nodiscard]] static Result<void> take_participants(const std::filesystem::path& file,
+                                                      std::vector<Run>& runs,
+                                                      std::vector<std::string>* left_out);
+  [[nodiscard]] static Result<void> number_trials(std::vector<Run>& runs, Imperfect imperfect);
 
   std::vector<Run> runs_;
+  std::vector<std::string> left_out_;
+  Imperfect imperfect_ = Imperfect::kRefused;
 };
 
 /// Every run of the dataset at `root`, read on all processors.

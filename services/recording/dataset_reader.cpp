@@ -12,6 +12,7 @@
 #include "services/recording/dataset.hpp"
 #include "services/recording/events.hpp"
 #include "services/recording/file_name.hpp"
+#include "services/recording/inherited_files.hpp"
 #include "services/recording/json_file.hpp"
 #include "services/recording/motion_rows.hpp"
 #include "services/recording/participants.hpp"
@@ -72,24 +73,32 @@ bool is_motion_file(const std::string& name) {
   return name.find("_motion.tsv") != std::string::npos || name.ends_with("motion.tsv");
 }
 
-/// A recording that lies where BIDS does not have it, or is compressed, would be lost without a word. Links
-/// to folders are not followed: what they lead to is another dataset's.
-Result<void> refuse_misplaced(const fs::path& folder, const std::vector<fs::path>& read) {
+/// Adds a line for each recording that lies where BIDS does not have it, or is compressed: it would be lost
+/// without a word. Links to folders are not followed: what they lead to is another dataset's.
+Result<void> find_misplaced(const fs::path& folder, const std::vector<fs::path>& read,
+                            std::vector<std::string>& found) {
   TONUS_TRY_ASSIGN(const auto entries, list_folder(folder));
   for (const fs::path& entry : entries) {
     std::error_code error;
     if (fs::symlink_status(entry, error).type() == fs::file_type::directory) {
-      if (!is_beside(entry)) TONUS_TRY(refuse_misplaced(entry, read));
+      if (!is_beside(entry)) TONUS_TRY(find_misplaced(entry, read, found));
       continue;
     }
     if (!is_motion_file(entry.filename().string())) continue;
     if (std::find(read.begin(), read.end(), entry) != read.end()) continue;
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: a recording is not allowed here; expected sub-*/[ses-*/]motion/"
-                            "sub-*_motion.tsv, not compressed",
-                            entry.string()));
+    found.push_back(
+        fmt::format("{}: a recording is not allowed here; expected sub-*/[ses-*/]motion/"
+                    "sub-*_motion.tsv, not compressed",
+                    entry.string()));
   }
   return {};
+}
+
+/// The run's file of that suffix, in its own folder and with all of its entities.
+fs::path own_file(const fs::path& motion_file, std::string_view suffix) {
+  std::string name = motion_file.string();
+  name.replace(name.size() - kMotionSuffix.size() + 1, std::string::npos, suffix);
+  return name;
 }
 
 /// What `_motion.json` says of time and of missing values beyond the rate that is used.
@@ -99,8 +108,11 @@ struct MotionNotes {
   std::string missing_value;       ///< Of MissingValues; empty: none but n/a.
 };
 
-Result<MotionNotes> read_motion_json(const fs::path& file, Recording& recording) {
-  TONUS_TRY_ASSIGN(const auto json, JsonFile::read(file));
+Result<MotionNotes> read_motion_json(InheritedFiles& inherited, const fs::path& motion_file,
+                                     Recording& recording) {
+  TONUS_TRY_ASSIGN(auto files, inherited.of(motion_file, "motion.json"));
+  if (files.empty()) files.push_back(own_file(motion_file, "motion.json"));
+  TONUS_TRY_ASSIGN(const auto json, JsonFile::read(files));
   TONUS_TRY_ASSIGN(const auto frequency, json.number("SamplingFrequency"));
   if (!(frequency > 0.0) || frequency > kFastestSampling) {
     return json.refuse("SamplingFrequency", fmt::format("more than 0 and up to {} Hz", kFastestSampling));
@@ -138,18 +150,11 @@ Result<void> check_duration(const fs::path& file, const MotionNotes& notes, cons
                           *notes.duration));
 }
 
-/// The run's events file: with the tracking system in its name, or, as BIDS has it, for all tracking systems.
-Result<std::optional<fs::path>> events_file(const fs::path& motion_file, const std::string& stem,
-                                            const Recording& recording) {
-  const fs::path own = stem + "_events.tsv";
-  TONUS_TRY_ASSIGN(const bool has_own, is_present(own));
-  if (has_own) return std::optional(own);
-  const std::string part = "_tracksys-" + recording.tracking_system;
-  std::string name = own.filename().string();
-  name.erase(name.find(part), part.size());
-  const fs::path common = motion_file.parent_path() / name;
-  TONUS_TRY_ASSIGN(const bool has_common, is_present(common));
-  return has_common ? std::optional(common) : std::nullopt;
+/// The sidecar of a run, from all files that apply to it; where none does, its own, which is not there.
+Result<JsonFile> read_sidecar(InheritedFiles& inherited, const fs::path& motion_file,
+                              std::string_view suffix) {
+  TONUS_TRY_ASSIGN(const auto files, inherited.of(motion_file, suffix));
+  return files.empty() ? JsonFile(own_file(motion_file, suffix)) : JsonFile::read(files);
 }
 
 Result<void> check_root(const fs::path& root) {
@@ -170,17 +175,10 @@ Result<void> check_root(const fs::path& root) {
   return {};
 }
 
-Result<void> take_participant(const fs::path& file, const std::map<std::string, Participant>& participants,
-                              Recording& header) {
-  const auto known = participants.find(header.participant.id);
-  if (known == participants.end()) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("{}: participant '{}' is missing; expected a row, as the dataset has recordings of it",
-                    file.string(), header.participant.id));
-  }
-  header.participant = known->second;
-  return {};
+/// A run that is left out, by its name, whichever of its files is the reason.
+std::string name_with(const fs::path& motion_file, const fs::path& root, const Error& error) {
+  const std::string name = motion_file.lexically_relative(root).string();
+  return error.message.find(name) != std::string::npos ? error.message : name + ": " + error.message;
 }
 
 }  // namespace
@@ -195,82 +193,126 @@ struct Dataset::Run {
   std::int64_t whole_trial = 0;  ///< Number of the one trial of a record without events.
 };
 
-Dataset::Dataset(std::vector<Run> runs) : runs_(std::move(runs)) {}
+Dataset::Dataset(std::vector<Run> runs, std::vector<std::string> left_out, Imperfect imperfect)
+    : runs_(std::move(runs)), left_out_(std::move(left_out)), imperfect_(imperfect) {}
 Dataset::Dataset(Dataset&&) noexcept = default;
 Dataset& Dataset::operator=(Dataset&&) noexcept = default;
 Dataset::~Dataset() = default;
 
 std::size_t Dataset::runs() const { return runs_.size(); }
 
-Result<Dataset::Run> Dataset::open_run(const fs::path& motion_file) {
+Result<Dataset::Run> Dataset::open_run(const fs::path& motion_file, InheritedFiles& inherited) {
   Run run;
   run.motion_file = motion_file;
   TONUS_TRY(take_labels(motion_file, run.header));
-  std::string stem = motion_file.string();
-  stem.erase(stem.size() - kMotionSuffix.size());
-  TONUS_TRY_ASSIGN(run.notes, read_motion_json(stem + "_motion.json", run.header));
-  TONUS_TRY_ASSIGN(run.columns, read_channels(stem, run.header, run.notes.nominal_rate));
-  TONUS_TRY_ASSIGN(const auto events, events_file(motion_file, stem, run.header));
-  if (events) {
-    TONUS_TRY_ASSIGN(run.events, EventTable::read(*events));
+  TONUS_TRY_ASSIGN(run.notes, read_motion_json(inherited, motion_file, run.header));
+  TONUS_TRY_ASSIGN(const auto tables, inherited.of(motion_file, "channels.tsv"));
+  TONUS_TRY_ASSIGN(const auto json, read_sidecar(inherited, motion_file, "channels.json"));
+  const fs::path table = tables.empty() ? own_file(motion_file, "channels.tsv") : tables.back();
+  TONUS_TRY_ASSIGN(run.columns, read_channels(table, json, run.header, run.notes.nominal_rate));
+  TONUS_TRY_ASSIGN(const auto events, inherited.of(motion_file, "events.tsv"));
+  if (!events.empty()) {
+    TONUS_TRY_ASSIGN(run.events, EventTable::read(events.back()));
   }
   return run;
 }
 
-/// Trial numbers: unique in a session where stated, the next free ones for records without events.
-Result<void> Dataset::number_trials(std::vector<Run>& runs) {
-  std::map<std::pair<std::string, std::string>, std::set<std::int64_t>> taken;
-  const auto trials_of = [&taken](const Run& run) -> auto& {
-    return taken[{run.header.participant.id, run.header.session}];
+/// What `participants.tsv` says of those whose runs there are. Where imperfect items are left out, it goes to
+/// `left_out`, and of such a participant no more than the id is known.
+Result<void> Dataset::take_participants(const fs::path& file, std::vector<Run>& runs,
+                                        std::vector<std::string>* left_out) {
+  const auto leave_out = [left_out](Error error) -> Result<void> {
+    if (left_out == nullptr) return error;
+    if (std::ranges::find(*left_out, error.message) == left_out->end()) left_out->push_back(error.message);
+    return {};
   };
-  for (const Run& run : runs) {
-    if (!run.events) continue;
-    for (const std::int64_t trial : run.events->trials()) {
-      if (trials_of(run).insert(trial).second) continue;
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("events of {}: trial {} occurs twice; expected once in a session",
-                              describe(run.header), trial));
-    }
-  }
+  TONUS_TRY_ASSIGN(const bool has_participants, is_present(file));
+  if (!has_participants) return {};
+  const auto participants = read_participants(file, left_out);
+  if (!participants) return leave_out(participants.error());
   for (Run& run : runs) {
-    if (run.events) continue;
-    auto& trials = trials_of(run);
-    run.whole_trial = trials.empty() ? 1 : *trials.rbegin() + 1;
-    trials.insert(run.whole_trial);
+    const auto known = participants->find(run.header.participant.id);
+    if (known != participants->end()) {
+      run.header.participant = known->second;
+      continue;
+    }
+    TONUS_TRY(leave_out(fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}: participant '{}' is missing; expected a row, as the dataset has recordings of it",
+                    file.string(), run.header.participant.id))));
   }
   return {};
 }
 
-Result<Dataset> Dataset::open(const fs::path& root) {
+/// Trial numbers: unique in a session where stated (in a run, where the imperfect is left out), the next free
+/// ones for trials and records without one.
+Result<void> Dataset::number_trials(std::vector<Run>& runs, Imperfect imperfect) {
+  std::map<std::tuple<std::string, std::string, std::size_t>, std::set<std::int64_t>> taken;
+  const auto trials_of = [&](std::size_t i) -> auto& {
+    const Recording& header = runs[i].header;
+    return taken[{header.participant.id, header.session, imperfect == Imperfect::kRefused ? 0 : i}];
+  };
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    if (!runs[i].events) continue;
+    for (const auto trial : runs[i].events->trials()) {
+      if (!trial || trials_of(i).insert(*trial).second) continue;
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("events of {}: trial {} occurs twice; expected once in a session",
+                              describe(runs[i].header), *trial));
+    }
+  }
+  for (std::size_t i = 0; i < runs.size(); ++i) {
+    auto& trials = trials_of(i);
+    const auto next = [&trials] {
+      return *trials.insert(trials.empty() ? 1 : std::max<std::int64_t>(0, *trials.rbegin()) + 1).first;
+    };
+    if (!runs[i].events) {
+      runs[i].whole_trial = next();
+      continue;
+    }
+    for (std::size_t row = 0; row < runs[i].events->trials().size(); ++row) {
+      if (!runs[i].events->trials()[row]) runs[i].events->set_trial(row, next());
+    }
+  }
+  return {};
+}
+
+Result<Dataset> Dataset::open(const fs::path& root, Imperfect imperfect) {
+  const bool is_left_out = imperfect == Imperfect::kLeftOut;
   TONUS_TRY(check_root(root));
   TONUS_TRY_ASSIGN(const auto files, motion_files(root));
-  TONUS_TRY(refuse_misplaced(root, files));
+  std::vector<std::string> left_out;
+  TONUS_TRY(find_misplaced(root, files, left_out));
+  if (!left_out.empty() && (files.empty() || !is_left_out))
+    return fail(ErrorCode::kInvalidArgument, left_out.front());
   if (files.empty()) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("dataset '{}': has no recording; expected sub-*/[ses-*/]motion/*_motion.tsv",
                             root.string()));
   }
+  InheritedFiles inherited(root);
   std::vector<Run> runs;
+  std::optional<Error> first;
   for (const fs::path& file : files) {
-    TONUS_TRY_ASSIGN(auto run, open_run(file));
-    runs.push_back(std::move(run));
+    auto run = open_run(file, inherited);
+    if (run) {
+      runs.push_back(*std::move(run));
+      continue;
+    }
+    if (!is_left_out) return run.error();
+    if (!first) first = run.error();
+    left_out.push_back(name_with(file, root, run.error()));
   }
+  if (runs.empty()) return *first;
   const auto labels = [](const Recording& header) {
     return std::tie(header.participant.id, header.session, header.task, header.acquisition, header.run,
                     header.tracking_system);
   };
   std::stable_sort(runs.begin(), runs.end(),
                    [&labels](const Run& a, const Run& b) { return labels(a.header) < labels(b.header); });
-  const fs::path file = root / "participants.tsv";
-  TONUS_TRY_ASSIGN(const bool has_participants, is_present(file));
-  if (has_participants) {
-    TONUS_TRY_ASSIGN(const auto participants, read_participants(file));
-    for (Run& run : runs) {
-      TONUS_TRY(take_participant(file, participants, run.header));
-    }
-  }
-  TONUS_TRY(number_trials(runs));
-  return Dataset(std::move(runs));
+  TONUS_TRY(take_participants(root / "participants.tsv", runs, is_left_out ? &left_out : nullptr));
+  TONUS_TRY(number_trials(runs, imperfect));
+  return Dataset(std::move(runs), std::move(left_out), imperfect);
 }
 
 Result<Recording> Dataset::read(std::size_t index) const {
@@ -282,7 +324,7 @@ Result<Recording> Dataset::read(std::size_t index) const {
     recording.events.push_back(whole_record(recording, run.whole_trial));
     return recording;
   }
-  TONUS_TRY_ASSIGN(recording.events, run.events->events(recording));
+  TONUS_TRY_ASSIGN(recording.events, run.events->events(recording, imperfect_));
   return recording;
 }
 

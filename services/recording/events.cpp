@@ -33,6 +33,17 @@ Result<void> check_trial(const Table& table, std::size_t row, const std::optiona
                                   onset, record_duration_s(recording)));
 }
 
+/// True where the cell is n/a. Programs write a truth as True, TRUE, 1 and 1.0, too.
+Result<bool> read_valid(const Table& table, std::size_t row) {
+  std::string cell(table.cell(row, "valid"));
+  std::ranges::transform(cell, cell.begin(),
+                         [](char c) { return c >= 'A' && c <= 'Z' ? static_cast<char>(c + 32) : c; });
+  const auto number = parse_number(cell);
+  if (cell == "true" || cell == "n/a" || number == 1.0) return true;
+  if (cell == "false" || number == 0.0) return false;
+  return table.refuse(row, "valid", "true, false or n/a");
+}
+
 /// The event of a row, but for its trial's number.
 Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const Recording& recording) {
   PerturbationEvent event;
@@ -57,10 +68,7 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
   TONUS_TRY_ASSIGN(const auto trial_onset, table.number_or_nothing(row, "trial_onset_s"));
   TONUS_TRY_ASSIGN(const auto trial_duration, table.number_or_nothing(row, "trial_duration_s"));
   TONUS_TRY(check_trial(table, row, trial_onset, trial_duration, *onset, recording));
-  const std::string_view valid = table.cell(row, "valid");
-  if (valid != "true" && valid != "false" && valid != "n/a") {
-    return table.refuse(row, "valid", "true, false or n/a");
-  }
+  TONUS_TRY_ASSIGN(const bool is_valid, read_valid(table, row));
   event.onset_s = *onset;
   event.duration_s = *duration;
   event.set = set;
@@ -68,7 +76,7 @@ Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const 
   event.amplitude_m = amplitude;
   event.rise_time_s = rise_time;
   event.bias_N = {bias_x.value_or(0.0), bias_y.value_or(0.0)};
-  event.is_valid = valid != "false";
+  event.is_valid = is_valid;
   event.reason = table.text(row, "reason");
   event.instruction = table.text(row, "instruction");
   event.bias_hold_s = bias_hold;
@@ -104,7 +112,10 @@ Result<EventTable> EventTable::read(const std::filesystem::path& file) {
   TONUS_TRY(cells.require({"onset", "duration"}));
   for (std::size_t row = 0; row < cells.rows(); ++row) {
     if (cells.has("trial_type") && cells.cell(row, "trial_type") != "perturbation") continue;
-    TONUS_TRY_ASSIGN(const auto trial, cells.whole_number(row, "trial", static_cast<std::int64_t>(row) + 1));
+    std::optional<std::int64_t> trial;
+    if (cells.cell(row, "trial") != "n/a") {
+      TONUS_TRY_ASSIGN(trial, cells.whole_number(row, "trial", 0));
+    }
     events.rows_.push_back(row);
     events.trials_.push_back(trial);
   }
@@ -115,12 +126,23 @@ Result<EventTable> EventTable::read(const std::filesystem::path& file) {
   return events;
 }
 
-Result<std::vector<PerturbationEvent>> EventTable::events(const Recording& recording) const {
+Result<std::vector<PerturbationEvent>> EventTable::events(const Recording& recording,
+                                                          Imperfect imperfect) const {
   std::vector<PerturbationEvent> events;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    TONUS_TRY_ASSIGN(auto event, read_event(table_, rows_[i], recording));
-    event.trial = trials_[i];
-    events.push_back(std::move(event));
+    auto event = read_event(table_, rows_[i], recording);
+    if (!event && imperfect == Imperfect::kRefused) return event.error();
+    if (!event) {
+      PerturbationEvent left_out;
+      if (const auto direction = table_.number_or_nothing(rows_[i], "direction_deg"))
+        left_out.direction_deg = *direction;
+      if (const auto set = table_.whole_number(rows_[i], "set", 1)) left_out.set = *set;
+      left_out.is_valid = false;
+      left_out.reason = event.error().message;
+      event = left_out;
+    }
+    event->trial = trials_[i].value_or(static_cast<std::int64_t>(i) + 1);
+    events.push_back(*std::move(event));
   }
   std::stable_sort(events.begin(), events.end(),
                    [](const auto& a, const auto& b) { return a.onset_s < b.onset_s; });

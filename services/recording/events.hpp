@@ -3,6 +3,7 @@
 #include <cstddef>
 #include <cstdint>
 #include <filesystem>
+#include <optional>
 #include <string>
 #include <utility>
 #include <vector>
@@ -14,25 +15,27 @@
 namespace tonus::recording {
 
 /// The perturbations of an `_events.tsv` and the numbers of their trials, as far as they can be told without
-/// the record's rows. `onset` and `duration` are needed; a row without a trial number gets its place in the
-/// file, from 1; rows of another trial_type are left out.
+/// the record's rows. `onset` and `duration` are needed; rows of another trial_type are left out.
 class EventTable {
  public:
   /// kInvalidArgument: besides what a Table refuses, no perturbation at all.
   [[nodiscard]] static Result<EventTable> read(const std::filesystem::path& file);
 
-  /// In the order of the file.
-  [[nodiscard]] const std::vector<std::int64_t>& trials() const { return trials_; }
+  /// In the order of the file; nothing where a trial has no number.
+  [[nodiscard]] const std::vector<std::optional<std::int64_t>>& trials() const { return trials_; }
+  void set_trial(std::size_t i, std::int64_t trial) { trials_[i] = trial; }
 
-  /// All events by onset. Each must lie within the record, whose rows are there, to half a sample.
-  [[nodiscard]] Result<std::vector<PerturbationEvent>> events(const Recording& recording) const;
+  /// All events by onset. Each must lie within the record, whose rows are there, to half a sample; one that
+  /// does not, or has a cell that is not allowed, is refused, or there, not valid, with that as its reason.
+  [[nodiscard]] Result<std::vector<PerturbationEvent>> events(const Recording& recording,
+                                                              Imperfect imperfect) const;
 
  private:
   explicit EventTable(Table table) : table_(std::move(table)) {}
 
   Table table_;
   std::vector<std::size_t> rows_;  // of perturbations
-  std::vector<std::int64_t> trials_;
+  std::vector<std::optional<std::int64_t>> trials_;
 };
 
 /// A continuous perturbation over the whole record.

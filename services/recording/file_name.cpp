@@ -20,6 +20,12 @@ bool is_label(std::string_view text) {
   return !text.empty() && std::all_of(text.begin(), text.end(), is_letter_or_digit);
 }
 
+/// As others write them: newer versions of BIDS have '+' in labels.
+bool is_foreign_label(std::string_view text) {
+  return !text.empty() &&
+         std::all_of(text.begin(), text.end(), [](char c) { return c == '+' || is_letter_or_digit(c); });
+}
+
 }  // namespace
 
 Result<void> take_labels(const std::filesystem::path& motion_file, Recording& recording) {
@@ -41,7 +47,7 @@ Result<void> take_labels(const std::filesystem::path& motion_file, Recording& re
     const std::string_view part = rest.substr(0, end);
     rest.remove_prefix(end == std::string_view::npos ? rest.size() : end + 1);
     const std::size_t hyphen = part.find('-');
-    if (hyphen == std::string_view::npos || !is_label(part.substr(hyphen + 1))) {
+    if (hyphen == std::string_view::npos || !is_foreign_label(part.substr(hyphen + 1))) {
       return refuse(fmt::format("parts of the form entity-label, not '{}'", part));
     }
     const std::string_view entity = part.substr(0, hyphen);

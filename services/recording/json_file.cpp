@@ -1,5 +1,6 @@
 #include "services/recording/json_file.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
@@ -30,28 +31,48 @@ std::optional<std::vector<double>> finite_numbers(const nlohmann::json& value, s
   return numbers;
 }
 
-}  // namespace
-
-Result<JsonFile> JsonFile::read(const std::filesystem::path& file) {
+Result<nlohmann::json> read_object(const std::filesystem::path& file) {
   TONUS_TRY_ASSIGN(const auto text, read_unmarked(file));
-  JsonFile json(file);
+  nlohmann::json root;
   try {
     // Deeper values than any of ours are left out, so that nobody's nesting exhausts the stack.
-    json.root_ = nlohmann::json::parse(
+    root = nlohmann::json::parse(
         text, [](int depth, nlohmann::json::parse_event_t, nlohmann::json&) { return depth < kDeepest; });
   } catch (const nlohmann::json::exception& exception) {
     std::string reason = exception.what();
     if (const std::size_t place = reason.find("] "); place != std::string::npos) reason.erase(0, place + 2);
     return fail(ErrorCode::kInvalidArgument, file.string() + ": is not JSON: " + reason);
   }
-  if (!json.root_.is_object()) {
+  if (!root.is_object()) {
     return fail(ErrorCode::kInvalidArgument, file.string() + ": is not allowed; expected a JSON object");
+  }
+  return root;
+}
+
+}  // namespace
+
+Result<JsonFile> JsonFile::read(const std::filesystem::path& file) {
+  return read(std::vector<std::filesystem::path>{file});
+}
+
+Result<JsonFile> JsonFile::read(const std::vector<std::filesystem::path>& files) {
+  JsonFile json;
+  for (const auto& file : files) {
+    TONUS_TRY_ASSIGN(auto root, read_object(file));
+    json.add(file, std::move(root));
   }
   return json;
 }
 
+const JsonFile::File& JsonFile::file_with(std::string_view key) const {
+  const std::string first(key.substr(0, key.find('.')));
+  const auto found =
+      std::ranges::find_if(files_, [&](const File& file) { return file.root.contains(first); });
+  return found == files_.end() ? files_.front() : *found;
+}
+
 const nlohmann::json* JsonFile::find(std::string_view key) const {
-  const nlohmann::json* value = &root_;
+  const nlohmann::json* value = &file_with(key).root;
   while (!key.empty()) {
     const std::size_t dot = key.find('.');
     if (!value->is_object()) return nullptr;
@@ -104,13 +125,13 @@ Error JsonFile::refuse(std::string_view key, std::string_view allowed) const {
   const nlohmann::json* value = find(key);
   if (value == nullptr) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: {} is missing; expected {}", file_.string(), key, allowed));
+                fmt::format("{}: {} is missing; expected {}", path().string(), key, allowed));
   }
   constexpr std::size_t kLongest = 60;
   std::string found = value->dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
   if (found.size() > kLongest) found = found.substr(0, kLongest) + "...";
-  return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{}: {} = {} is not allowed; expected {}", file_.string(), key, found, allowed));
+  return fail(ErrorCode::kInvalidArgument, fmt::format("{}: {} = {} is not allowed; expected {}",
+                                                       file_with(key).path.string(), key, found, allowed));
 }
 
 }  // namespace tonus::recording

@@ -11,15 +11,18 @@
 
 namespace tonus::recording {
 
-/// A JSON object from a file, asked by dotted names ("Rig.HandleMass_kg"). Every refusal names the file, the
-/// key, the value and what is allowed.
+/// A JSON object from a file, or from several of which a more special one overrides the keys of the others;
+/// asked by dotted names ("Rig.HandleMass_kg"). Every refusal names the file, the key, the value and what is
+/// allowed.
 class JsonFile {
  public:
   /// kNotFound, kIo; kInvalidArgument with line and column where it is not JSON or not an object.
   [[nodiscard]] static Result<JsonFile> read(const std::filesystem::path& file);
+  /// `files` from the most general to the most special; at least one.
+  [[nodiscard]] static Result<JsonFile> read(const std::vector<std::filesystem::path>& files);
 
   /// An object without keys, which answers as a file would that does not state anything.
-  explicit JsonFile(std::filesystem::path file) : file_(std::move(file)), root_(nlohmann::json::object()) {}
+  explicit JsonFile(std::filesystem::path file) { add(std::move(file), nlohmann::json::object()); }
 
   [[nodiscard]] bool has(std::string_view key) const { return find(key) != nullptr; }
 
@@ -37,13 +40,24 @@ class JsonFile {
 
   [[nodiscard]] Error refuse(std::string_view key, std::string_view allowed) const;
 
-  [[nodiscard]] const std::filesystem::path& path() const { return file_; }
+  /// Of the most special file.
+  [[nodiscard]] const std::filesystem::path& path() const { return files_.front().path; }
 
  private:
+  struct File {
+    std::filesystem::path path;
+    nlohmann::json root;
+  };
+
+  JsonFile() = default;
+  void add(std::filesystem::path path, nlohmann::json root) {
+    files_.insert(files_.begin(), {std::move(path), std::move(root)});
+  }
+  /// The most special file that has the first name of `key`, else the most special one.
+  [[nodiscard]] const File& file_with(std::string_view key) const;
   [[nodiscard]] const nlohmann::json* find(std::string_view key) const;
 
-  std::filesystem::path file_;
-  nlohmann::json root_;
+  std::vector<File> files_;  ///< The most special first; never empty.
 };
 
 }  // namespace tonus::recording

@@ -45,9 +45,24 @@ bool is_known(const std::vector<Participant>& participants, const ColumnType& co
   });
 }
 
+/// An age may be "89+".
+Result<std::optional<double>> read_number(const Table& table, std::size_t row, const NumberColumn& column,
+                                          Participant& participant) {
+  std::string_view cell = table.cell(row, column.name);
+  if (column.member == &Participant::age && cell.ends_with('+')) {
+    cell.remove_suffix(1);
+    if (const auto least = parse_number(cell)) {
+      participant.is_age_or_more = true;
+      return least;
+    }
+  }
+  return table.number_or_nothing(row, column.name);
+}
+
 }  // namespace
 
-Result<std::map<std::string, Participant>> read_participants(const std::filesystem::path& file) {
+Result<std::map<std::string, Participant>> read_participants(const std::filesystem::path& file,
+                                                             std::vector<std::string>* left_out) {
   TONUS_TRY_ASSIGN(const auto table, Table::read(file));
   TONUS_TRY(table.require({"participant_id"}));
   std::map<std::string, Participant> participants;
@@ -55,8 +70,13 @@ Result<std::map<std::string, Participant>> read_participants(const std::filesyst
     Participant participant;
     participant.id = table.cell(row, "participant_id");
     for (const NumberColumn& column : kNumberColumns) {
-      TONUS_TRY_ASSIGN(const auto number, table.number_or_nothing(row, column.name));
-      participant.*column.member = number;
+      const auto number = read_number(table, row, column, participant);
+      if (!number && left_out == nullptr) return number.error();
+      if (number) {
+        participant.*column.member = *number;
+      } else {
+        left_out->push_back(number.error().message);
+      }
     }
     for (const TextColumn& column : kTextColumns) participant.*column.member = table.text(row, column.name);
     if (!participants.emplace(participant.id, participant).second) {
@@ -82,6 +102,7 @@ std::string participants_text(const std::vector<Participant>& participants) {
       text += '\t';
       if (const auto& value = participant.*column.member) {
         append_number(text, *value);
+        if (column.member == &Participant::age && participant.is_age_or_more) text += '+';
       } else {
         text += "n/a";
       }

@@ -10,8 +10,10 @@
 
 namespace tonus::recording {
 
-/// Reads `participants.tsv`, by participant id. Only participant_id is needed.
-[[nodiscard]] Result<std::map<std::string, Participant>> read_participants(const std::filesystem::path& file);
+/// Reads `participants.tsv`, by participant id. Only participant_id is needed. A number that is none is
+/// refused; or, where `left_out` is given, not known, and a line there says so.
+[[nodiscard]] Result<std::map<std::string, Participant>> read_participants(
+    const std::filesystem::path& file, std::vector<std::string>* left_out = nullptr);
 
 /// Content of `participants.tsv`: the columns of which something is known.
 [[nodiscard]] std::string participants_text(const std::vector<Participant>& participants);

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <string>
 #include <vector>
@@ -45,6 +46,16 @@ struct PerturbationEvent {
   bool operator==(const PerturbationEvent&) const = default;
 };
 
+/// A command that is not known.
+inline constexpr std::array kNoCommand{std::numeric_limits<double>::quiet_NaN(),
+                                       std::numeric_limits<double>::quiet_NaN()};
+
+/// What becomes of an item of a dataset that is not as it should be: a run, an event, a participant's age.
+enum class Imperfect : std::uint8_t {
+  kRefused,  ///< The dataset is refused.
+  kLeftOut,  ///< The item is left out, by name.
+};
+
 /// One row of `participants.tsv`.
 struct Participant {
   std::string id;  ///< With its prefix: "sub-01".
@@ -55,6 +66,7 @@ struct Participant {
   std::string handedness;     ///< Empty: not known.
   std::optional<double> age;  ///< Years.
   std::string sex;            ///< Empty: not known.
+  bool is_age_or_more{};      ///< "89+": of people who could be known by their age.
 
   bool operator==(const Participant&) const = default;
 };

@@ -128,12 +128,10 @@ Result<std::int64_t> Table::whole_number(std::size_t row, std::string_view colum
   constexpr std::int64_t kMost = 1'000'000'000;  // there is room to count on from it
   const std::string_view value = cell(row, column);
   if (value == kNothing) return fallback;
-  std::int64_t number = 0;
-  const auto parsed = std::from_chars(value.data(), value.data() + value.size(), number);
-  const bool is_number = parsed.ec == std::errc{} && parsed.ptr == value.data() + value.size();
-  if (!is_number || number < -kMost || number > kMost)
+  const auto number = parse_number(value);
+  if (!number || *number != std::floor(*number) || std::abs(*number) > static_cast<double>(kMost))
     return refuse(row, column, fmt::format("a whole number from {} to {}", -kMost, kMost));
-  return number;
+  return static_cast<std::int64_t>(*number);
 }
 
 Error Table::refuse(std::size_t row, std::string_view column, std::string_view allowed) const {

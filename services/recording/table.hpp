@@ -46,7 +46,7 @@ class Table {
   [[nodiscard]] Result<double> number(std::size_t row, std::string_view column, double minimum,
                                       std::optional<double> fallback = {}) const;
 
-  /// A whole number; `fallback` where the cell is n/a.
+  /// A whole number, 1 as well as 1.0; `fallback` where the cell is n/a.
   [[nodiscard]] Result<std::int64_t> whole_number(std::size_t row, std::string_view column,
                                                   std::int64_t fallback) const;
 

@@ -29,6 +29,9 @@ class DatasetTarget final : public Target {
     damage.apply(bytes);
     write_bytes(file, bytes);
     const auto recordings = recording::read_dataset(root_);
+    if (const auto kept = recording::Dataset::open(root_, recording::Imperfect::kLeftOut)) {
+      for (std::size_t i = 0; i < kept->runs(); ++i) static_cast<void>(kept->read(i));
+    }
     write_bytes(file, whole);
     if (recordings) return false;
     if (auto good = check_message(recordings.error().message); !good) return good.error();

@@ -57,6 +57,11 @@ TEST(ContinuousRecord, OfAForceWithTheOppositeSignSaysSoAndNamesTheOption) {
   ASSERT_TRUE(has(e, Reason::kForceSign));
   EXPECT_NE(e.details.at(Reason::kForceSign).find("--force-sign"), std::string::npos);
   EXPECT_FALSE(has(e, Reason::kNegativeStiffness));
+  Options options;
+  options.model = Model::kFriction;
+  const Estimate with_friction = identify(trials, options).value();
+  EXPECT_TRUE(has(with_friction, Reason::kForceSign));
+  EXPECT_FALSE(has(with_friction, Reason::kNegativeMass));
 }
 
 TEST(ContinuousRecord, StatesTheFailedTestWithItsNumberAndLimit) {

@@ -1,3 +1,4 @@
+#include <cmath>
 #include <gtest/gtest.h>
 
 #include "services/formats/session_recordings.hpp"
@@ -94,6 +95,26 @@ TEST_F(RoundTrip, KeepsEverySampleWithItsPhase) {
     EXPECT_EQ(was.onset_sequence() - was.first_sequence(), is.onset_sequence() - is.first_sequence());
     EXPECT_EQ(was.program().direction_deg(), is.program().direction_deg());
   }
+}
+
+TEST_F(RoundTrip, OfADatasetWithoutCommandsHasNoneAndTheSameEstimates) {
+  const auto session = archived(made_up::unloaded_session());
+  auto recordings = formats::recordings_of(original_, session).value();
+  for (auto& recording : recordings) recording.commanded.clear();
+  ASSERT_TRUE(recording::write_dataset(folder_ / "dataset", recordings));
+  const auto imported = import_recordings(copy_, recording::read_dataset(folder_ / "dataset").value(),
+                                          {"dataset", "0.1.0", 99});
+  ASSERT_TRUE(imported) << imported.error().message;
+  const auto again = store::read_session(copy_, imported->at(0).session).value();
+  ASSERT_FALSE(again.trials.empty());
+  for (const auto& trial : again.trials) {
+    const auto samples = store::read_trial_samples(copy_, trial);
+    ASSERT_TRUE(samples) << samples.error().message;
+    for (const auto& sample : samples->samples) ASSERT_FALSE(std::isfinite(sample.commanded_m()[0]));
+  }
+  const auto estimates = store::newest_estimates(again);
+  ASSERT_EQ(estimates.size(), 1U);
+  EXPECT_EQ(estimates[0].status(), v1::ESTIMATE_OK);
 }
 
 TEST_F(RoundTrip, KeepsLoadedConditionsSetBySet) {
