@@ -53,7 +53,8 @@ void read_websocket(std::span<const std::byte> input) {
   dashboard::Hub::Options options;
   options.frames_burst = 1e6;
   options.malformed_burst = 1e6;
-  dashboard::Hub hub(dashboard::offered_topics(), options, clock,
+  static const auto kTopics = dashboard::offered_topics();
+  dashboard::Hub hub(kTopics, options, clock,
                      [](const auto& request) { require(!request.name.empty(), "what is asked has a name"); });
   Link link;
   const auto client = hub.join(link, dashboard::Role::kOperate, "127.0.0.1:1");
