@@ -5,9 +5,21 @@
 #include <utility>
 
 namespace tonus::identification {
+namespace {
+
+using Seconds = std::chrono::duration<double>;
+
+/// What is saved up of the time of live estimates, so that one that was slow does not delay the next.
+constexpr Seconds kLiveBudget{0.05};
+
+}  // namespace
 
 IdentificationCore::IdentificationCore(const CoreSettings& settings)
-    : settings_(settings), assembler_(settings.assembler), book_(settings.book), live_(settings.live) {}
+    : settings_(settings),
+      assembler_(settings.assembler),
+      book_(settings.book),
+      live_(settings.live),
+      live_budget_(kLiveBudget) {}
 
 void IdentificationCore::set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate,
                                  bool is_rotary) {
@@ -107,18 +119,23 @@ void IdentificationCore::settle_live() {
 }
 
 std::optional<ConditionEstimate> IdentificationCore::live(Clock::TimePoint now) {
-  if (!has_live_news_ || now < live_due_) return std::nullopt;
+  if (!has_live_news_ || now < live_due()) return std::nullopt;
+  live_budget_ = std::min(kLiveBudget, live_budget_ + settings_.live_share * Seconds(now - live_budget_at_));
+  live_budget_at_ = now;
   has_live_news_ = false;
-  auto estimate = live_.estimate();
-  if (estimate) live_due_ = now + settings_.live_period;
-  return estimate;
+  return live_.estimate();
+}
+
+Clock::TimePoint IdentificationCore::live_due() const {
+  if (live_budget_ > Seconds::zero()) return live_budget_at_;
+  return live_budget_at_ + std::chrono::ceil<Clock::Duration>(-live_budget_ / settings_.live_share);
 }
 
 Clock::TimePoint IdentificationCore::next_due(Clock::TimePoint now) const {
   if (!settled_.empty() || !remarks_.empty() || next_condition()) return now;
   Clock::TimePoint due = assembler_.next_due();
   for (const Held& held : held_) due = std::min(due, held.due);
-  if (has_live_news_) due = std::min(due, std::max(now, live_due_));
+  if (has_live_news_) due = std::min(due, std::max(now, live_due()));
   return due;
 }
 

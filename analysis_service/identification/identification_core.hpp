@@ -19,10 +19,10 @@ struct CoreSettings {
   AssemblerLimits assembler;
   JudgeChoice judge;
   BookSettings book;
-  impedance::Options live;                    ///< Of the estimates while a perturbation is under way.
-  std::chrono::milliseconds live_period{50};  ///< Least time between two of them.
-  std::chrono::milliseconds rig_wait{5000};   ///< How long a trial waits for its rig's description.
-  std::size_t trials_without_rig = 64;        ///< How many do.
+  impedance::Options live;                   ///< Of the estimates while a perturbation is under way.
+  double live_share = 0.1;                   ///< Of the time, the most that they may take; in (0, 1].
+  std::chrono::milliseconds rig_wait{5000};  ///< How long a trial waits for its rig's description.
+  std::size_t trials_without_rig = 64;       ///< How many do.
 };
 
 /// Everything that the service decides, without bus and clock: rows and reports in, verdicts, estimates and
@@ -56,8 +56,11 @@ class IdentificationCore {
   };
   [[nodiscard]] Output advance(Clock::TimePoint now, bool is_rig_listening);
 
-  /// The live estimate, where one is due and there is news.
+  /// The live estimate, where rows have come since the last one: one for each block, as it comes. Where they
+  /// took more than their share of the time, blocks that come meanwhile are answered by one estimate.
   [[nodiscard]] std::optional<ConditionEstimate> live(Clock::TimePoint now);
+  /// What the last one took, until it was sent.
+  void charge_live(Clock::Duration cost) { live_budget_ -= std::chrono::duration<double>(cost); }
 
   /// When advance() has something to do even if nothing comes.
   [[nodiscard]] Clock::TimePoint next_due(Clock::TimePoint now) const;
@@ -87,6 +90,7 @@ class IdentificationCore {
   void settle_live();
   [[nodiscard]] const Rig* rig_of(const TrialPlan& plan) const;
   [[nodiscard]] std::optional<Condition> next_condition() const;
+  [[nodiscard]] Clock::TimePoint live_due() const;
 
   CoreSettings settings_;
   TrialAssembler assembler_;
@@ -98,7 +102,8 @@ class IdentificationCore {
   std::vector<std::string> remarks_;
   std::optional<TrialPlan> expected_;
   bool has_live_news_ = false;
-  Clock::TimePoint live_due_;
+  std::chrono::duration<double> live_budget_;  // that live estimates may take; at most kLiveBudget
+  Clock::TimePoint live_budget_at_;            // when it was that
 };
 
 }  // namespace tonus::identification

@@ -62,10 +62,10 @@ Clock::TimePoint IdentificationService::step() {
   take_plans();
   take_commands();
   take_samples(now);
+  publish_live();
   take_outcomes(now);
   take_states();
   publish(core_.advance(now, endpoints_.resends.status().matched_readers > 0));
-  publish_live(now);
   flush();
   report_health();
   const Clock::TimePoint report_due = health_.publish_if_due();
@@ -201,13 +201,16 @@ void IdentificationService::publish(const IdentificationCore::Output& output) {
   }
 }
 
-void IdentificationService::publish_live(Clock::TimePoint now) {
-  const auto estimate = core_.live(now);
+void IdentificationService::publish_live() {
+  if (has_more_samples_) return;  // behind: one estimate answers them all
+  const Clock::TimePoint begun = clock_.now();
+  const auto estimate = core_.live(begun);
   if (!estimate) return;
   // For eyes only: the next one follows.
   if (auto sent = endpoints_.live.write(to_wire(*estimate, units_of(estimate->condition.rig))); !sent) {
     spdlog::debug("a live estimate is not sent: {}", sent.error().message);
   }
+  core_.charge_live(clock_.now() - begun);
 }
 
 void IdentificationService::flush() {

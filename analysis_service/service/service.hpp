@@ -73,7 +73,7 @@ class IdentificationService {
   /// Whether the scheduler has gone on from the trial: it was judged before this service began.
   [[nodiscard]] bool is_decided(const TrialPlan& trial) const;
   void publish(const IdentificationCore::Output& output);
-  void publish_live(Clock::TimePoint now);
+  void publish_live();
   void flush();
   [[nodiscard]] std::string why_not_ready();
   void report_health();

@@ -16,6 +16,7 @@
 #include "rig_agent/agent/rig_folder.hpp"
 #include "rig_agent/agent/safety_channel.hpp"
 #include "rig_agent/agent/watchdog_process.hpp"
+#include "rig_agent/control/realtime_setup.hpp"
 #include "services/core/lifetime.hpp"
 #include "services/core/machine_lock.hpp"
 #include "services/runtime/health.hpp"
@@ -206,6 +207,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
 int main(int argc, char** argv) {
   using namespace tonus;
   runtime::begin_program();
+  control::keep_stacks_small();
   runtime::CommonOptions common;
   rig::RigOptions rig_options;
   CLI::App app("Realtime control and acquisition beside the hardware.", kProgram);

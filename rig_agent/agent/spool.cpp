@@ -32,6 +32,14 @@ std::optional<std::uint64_t> epoch_of(const std::filesystem::path& path) {
 
 std::uint64_t last_of(std::uint64_t first, std::uint64_t count) { return first + count - 1; }
 
+/// What a record of this program can say: samples after `next`, in numbers to which can be added.
+bool is_block(const Prefix& prefix, std::uint64_t next) {
+  constexpr std::uint64_t kMostFirst = std::uint64_t{1} << 62U;
+  constexpr std::uint64_t kMostCount = std::numeric_limits<std::uint32_t>::max();
+  return prefix.first_sequence >= next && prefix.first_sequence <= kMostFirst && prefix.count > 0 &&
+         prefix.count <= kMostCount;
+}
+
 }  // namespace
 
 Spool::Spool(SpoolOptions options) : options_(std::move(options)) {
@@ -51,13 +59,23 @@ Result<Spool> Spool::open(const SpoolOptions& options) {
   Spool spool(options);
   for (const auto& path : paths) {
     std::vector<Block> blocks;
-    auto file = RecordFile::open(path, [&blocks](std::uint64_t offset, std::span<const std::byte> content) {
+    std::size_t foreign = 0;
+    const auto take = [&](std::uint64_t offset, std::span<const std::byte> content) {
       Prefix prefix{};
-      if (content.size() < sizeof prefix) return;
-      std::memcpy(&prefix, content.data(), sizeof prefix);
+      if (content.size() >= sizeof prefix) std::memcpy(&prefix, content.data(), sizeof prefix);
+      const std::uint64_t next =
+          blocks.empty() ? 0 : last_of(blocks.back().first_sequence, blocks.back().count) + 1;
+      if (!is_block(prefix, next)) {
+        ++foreign;
+        return;
+      }
       blocks.push_back({prefix.first_sequence, static_cast<std::uint32_t>(prefix.count), offset});
-    });
+    };
+    auto file = RecordFile::open(path, take);
     if (!file) return file.error();
+    if (foreign > 0)
+      spdlog::error("spool: {}: {} records are no blocks of samples and are left out", path.string(),
+                    foreign);
     if (const std::string lost = file->damage_text(); !lost.empty()) spdlog::error("spool: {}", lost);
     spool.bytes_ += file->size();
     spool.segments_.push_back({*epoch_of(path), std::move(*file), std::move(blocks)});

@@ -40,6 +40,13 @@ int lock_memory(bool with_future) {
 
 }  // namespace
 
+void keep_stacks_small() {
+  pthread_attr_t attributes;
+  if (pthread_getattr_default_np(&attributes) != 0) return;  // then they are as large as they were
+  if (pthread_attr_setstacksize(&attributes, kSmallStack) == 0) (void)pthread_setattr_default_np(&attributes);
+  (void)pthread_attr_destroy(&attributes);
+}
+
 RealtimeGrant set_up_realtime(const RealtimeRequest& request) {
   RealtimeGrant grant;
   grant.is_complete = true;

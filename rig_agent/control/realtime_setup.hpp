@@ -1,5 +1,6 @@
 #pragma once
 
+#include <cstddef>
 #include <optional>
 #include <string>
 
@@ -22,6 +23,14 @@ struct RealtimeGrant {
   bool is_complete = false;  ///< Everything that was asked for.
   std::string statement;
 };
+
+/// Of threads that begin after keep_stacks_small(), bytes.
+inline constexpr std::size_t kSmallStack = std::size_t{1} << 20U;
+
+/// Gives threads that begin later, those of libraries too, a stack of kSmallStack unless they ask for another
+/// one. Locked memory holds every stack whole, and the system's default is 8 MB. Call before the first
+/// thread.
+void keep_stacks_small();
 
 /// Applies the request to the calling thread, as far as permitted. Never fails: a rig without the privileges
 /// runs, and says so. Not realtime; call it before the loop starts.

@@ -2,6 +2,7 @@
 
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/text.hpp"
 #include "services/core/toml_depth.hpp"
 
 namespace tonus::config {
@@ -11,8 +12,9 @@ Result<toml::table> parse_toml(std::string_view text, const std::string& source)
   try {
     return toml::parse(text, source);
   } catch (const toml::parse_error& error) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}:{}: not TOML: {}", source, error.source().begin.line, error.description()));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}:{}: not TOML: {}", source, error.source().begin.line, shown(error.description())));
   }
 }
 

@@ -89,8 +89,8 @@ Result<void> SettingsFile::check(const toml::table& table, const std::string& na
   const Words keys = keys_of(app);
   for (const auto& [key, node] : table) {
     if (const auto* inner = node.as_table()) {
-      const auto found =
-          app.get_subcommands([&key](const CLI::App* sub) { return sub->get_name() == key.str(); });
+      const std::string_view word = key.str();
+      const auto found = app.get_subcommands([word](const CLI::App* sub) { return sub->get_name() == word; });
       if (found.empty())
         return refuse(key, name, "unknown table; " + instead_of(key.str(), with_subcommands({}, app)));
       TONUS_TRY(check(*inner, dotted(name, key.str()), *found.front()));

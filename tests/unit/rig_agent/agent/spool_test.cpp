@@ -140,6 +140,26 @@ TEST_F(SpoolTest, KeepsAllBlocksButTheDamagedOne) {
   EXPECT_EQ(left[0].last_sequence, 399U);
 }
 
+TEST_F(SpoolTest, LeavesOutRecordsThatCanBeNoBlockOfSamples) {
+  {
+    auto spool = Spool::open({.folder = folder_.path()});
+    ASSERT_TRUE(spool && append_blocks(*spool, 7, 3, 2));
+    // Good records all of them: no samples, samples that are there already, numbers beyond all.
+    ASSERT_TRUE(spool->append(7, 50, 0, bytes("none")));
+    ASSERT_TRUE(spool->append(7, 20, 10, bytes("before")));
+    ASSERT_TRUE(spool->append(7, std::numeric_limits<std::uint64_t>::max() - 3, 10, bytes("beyond")));
+    ASSERT_TRUE(append_blocks(*spool, 7, 5, 1));
+  }
+  const auto again = Spool::open({.folder = folder_.path()});
+  ASSERT_TRUE(again);
+  EXPECT_EQ(read(*again, 7, 0, std::numeric_limits<std::uint64_t>::max()),
+            (std::vector<std::string>{"3", "4", "5"}));
+  const auto left = again->left_behind(8);
+  ASSERT_EQ(left.size(), 1U);
+  EXPECT_EQ(left[0].first_sequence, 30U);
+  EXPECT_EQ(left[0].last_sequence, 59U);
+}
+
 TEST_F(SpoolTest, TellsWhatEarlierRunsLeftWithoutAReceipt) {
   {
     auto spool = Spool::open(options());

@@ -1,6 +1,7 @@
 #include "rig_agent/control/realtime_setup.hpp"
 
 #include <gmock/gmock.h>
+#include <pthread.h>
 #include <sched.h>
 #include <thread>
 
@@ -46,6 +47,18 @@ TEST(RealtimeSetup, GivesTheFirstProcessorOfTheProcess) {
   EXPECT_TRUE(grant.has_cpu);
   EXPECT_TRUE(grant.is_complete);
   EXPECT_EQ(grant.statement, "realtime: processor " + std::to_string(cpu));
+}
+
+TEST(RealtimeSetup, GivesThreadsThatBeginLaterASmallStack) {
+  keep_stacks_small();
+  std::size_t bytes = 0;
+  std::thread([&bytes] {
+    pthread_attr_t own;
+    ASSERT_EQ(pthread_getattr_np(pthread_self(), &own), 0);
+    EXPECT_EQ(pthread_attr_getstacksize(&own, &bytes), 0);
+    EXPECT_EQ(pthread_attr_destroy(&own), 0);
+  }).join();
+  EXPECT_EQ(bytes, kSmallStack);
 }
 
 }  // namespace
