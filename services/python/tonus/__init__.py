@@ -9,6 +9,7 @@ pandas. The numbers are those of the programs, to the last bit, because the C++ 
     session.estimates                           # a row for each condition and method
     tonus.read_bids("dataset").identify()       # as `tonus identify dataset`
     tonus.simulate(seed=1).identify()
+    for message in tonus.subscribe("http://127.0.0.1:8765"): ...
 """
 
 from tonus import errors, plot
@@ -17,9 +18,10 @@ from tonus.archive import Archive, Samples, Session, Trial, open
 from tonus.errors import (AlreadyExistsError, DataLossError, Error, InternalError, InvalidArgumentError, IoError,
                           NotFoundError, TimeoutError, UnavailableError)
 from tonus.estimate import Ellipse, Estimate, Parameters, identify, table
+from tonus.live import Message, Subscription, subscribe
 from tonus.recording import Dataset, Recording, read_bids, simulate
 
 __all__ = ["AlreadyExistsError", "Archive", "DataLossError", "Dataset", "Ellipse", "Error", "Estimate", "InternalError",
-           "InvalidArgumentError", "IoError", "NotFoundError", "Parameters", "Recording", "Samples", "Session",
-           "TimeoutError", "Trial", "UnavailableError", "__version__", "errors", "identify", "open", "plot", "read_bids",
-           "simulate", "table"]
+           "InvalidArgumentError", "IoError", "Message", "NotFoundError", "Parameters", "Recording", "Samples", "Session",
+           "Subscription", "TimeoutError", "Trial", "UnavailableError", "__version__", "errors", "identify", "open", "plot",
+           "read_bids", "simulate", "subscribe", "table"]
