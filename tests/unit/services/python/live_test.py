@@ -81,10 +81,19 @@ class LiveSession(unittest.TestCase):
         estimate = next(iter(estimates.values()))
         self.assertEqual(estimate.trials_used, 8)
         self.assertTrue(estimate.is_ok)
-        published = tonus.open(self.system.data).session().published[0]
+        published = self.archived(estimate.trials_used)
         np.testing.assert_array_equal(estimate.K, published.K)
         np.testing.assert_array_equal(estimate.ci95.M, published.ci95.M)
         np.testing.assert_array_equal(estimate.posture_m, published.posture_m)
+
+    def archived(self, trials):
+        """The estimate of so many trials, once the archive has it: its commits come after the gateway's news."""
+        deadline = time.monotonic() + 60.0
+        while time.monotonic() < deadline:
+            for estimate in tonus.open(self.system.data).session().published:
+                if estimate.trials_used == trials:
+                    return estimate
+        raise AssertionError(f"the archive has no estimate of {trials} trials")
 
     def test_works_with_async_and_inside_of_a_running_loop(self):
         async def once(topic):
