@@ -3,10 +3,8 @@
 import asyncio
 import os
 import pathlib
-import re
 import signal
 import socket
-import subprocess
 import tempfile
 import time
 import unittest
@@ -14,36 +12,7 @@ import unittest
 import numpy as np
 
 import tonus
-from support import PROGRAM, RECORDED, own_domain
-
-
-class System:
-    """`tonus up --dashboard` on loopback, in a folder and a DDS domain of its own."""
-
-    def __init__(self, folder, *options):
-        self.data = pathlib.Path(folder) / "data"
-        self.process = subprocess.Popen(
-            [PROGRAM, "up", "--data", str(self.data), "--domain", own_domain(), "--speed", "max", "--dashboard",
-             "--dashboard-listen", "127.0.0.1:0", *options],
-            stdout=subprocess.PIPE, stderr=subprocess.DEVNULL, text=True)
-        self.url = None
-        for line in self.process.stdout:
-            found = re.search(r"https?://127\.0\.0\.1:\d+", line)
-            if found:
-                self.url = found.group(0)
-                break
-
-    def run(self, *options):
-        """Runs the recorded session's protocol, as another program."""
-        return subprocess.Popen([PROGRAM, "run", str(RECORDED.parent / "protocol.toml"), "--data", str(self.data),
-                                 "--domain", own_domain(), *options], stdout=subprocess.PIPE, stderr=subprocess.STDOUT,
-                                text=True)
-
-    def stop(self):
-        if self.process.poll() is None:
-            self.process.send_signal(signal.SIGTERM)
-        self.process.wait(timeout=60)
-        self.process.stdout.close()
+from system import System
 
 
 class LiveSession(unittest.TestCase):
@@ -53,8 +22,6 @@ class LiveSession(unittest.TestCase):
         cls.addClassCleanup(cls.folder.cleanup)
         cls.system = System(cls.folder.name)
         cls.addClassCleanup(cls.system.stop)
-        if cls.system.url is None:
-            raise AssertionError("the system printed no address")
 
     def test_states_verdicts_and_estimates_of_a_session_arrive_as_it_runs(self):
         verdicts, estimates, phases = {}, {}, set()
@@ -143,7 +110,6 @@ class EndOfTheGateway(unittest.TestCase):
             os.chmod(tokens, 0o600)
             system = System(folder, "--dashboard-tokens", str(tokens))
             self.addCleanup(system.stop)
-            self.assertIsNotNone(system.url)
             for token in (None, "wrong-token-0123456789"):
                 with self.assertRaisesRegex(tonus.UnavailableError, "401.*token") as caught:
                     next(tonus.subscribe(system.url, token=token))
