@@ -54,6 +54,21 @@ v1::Estimate estimate(std::uint32_t axes, v1::EstimateStatus status) {
   return e;
 }
 
+/// One whose numbers are not finite, as of a singular fit.
+v1::Estimate singular() {
+  constexpr double kNone = std::numeric_limits<double>::quiet_NaN();
+  v1::Estimate e = estimate(2, v1::ESTIMATE_SUSPECT);
+  e.condition_number(std::numeric_limits<double>::infinity());
+  e.mass_kg().value().fill(kNone);
+  e.mass_kg().low95().fill(-std::numeric_limits<double>::infinity());
+  e.stiffness_N_per_m().standard_error().fill(kNone);
+  e.spring_centre_m().high95().fill(kNone);
+  e.sigma_N().fill(kNone);
+  e.degrees_of_freedom(kNone);
+  e.mass_kg().curl(kNone);
+  return e;
+}
+
 struct Example {
   std::string topic;
   std::string schema;
@@ -78,6 +93,7 @@ std::vector<Example> examples() {
   armed.trial_id({2});
   return {example(topics::kEstimateCondition, "Estimate", estimate(2, v1::ESTIMATE_OK)),
           example(topics::kEstimateCondition, "Estimate", estimate(1, v1::ESTIMATE_SUSPECT)),
+          example(topics::kEstimateCondition, "Estimate", singular()),
           example(topics::kEstimateLive, "Estimate", estimate(2, v1::ESTIMATE_UNDETERMINED)),
           example(topics::kTrialVerdict, "TrialVerdict", verdict),
           example(topics::kTrialOutcome, "TrialOutcome", v1::TrialOutcome()),
