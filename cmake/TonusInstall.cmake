@@ -1,4 +1,4 @@
-# What `cmake --install` and the packages have, by component: rig, services, dashboard, cli, dev.
+# What `cmake --install` and the packages have, by component: rig, services, dashboard, cli, dev, python.
 #   cmake --install build/release --prefix PREFIX [--component NAME]
 # Programs find what belongs to them from their own place (services/core/installation.hpp). Where the prefix is /usr,
 # configuration and units go to /etc and /lib, otherwise below the prefix.
@@ -84,6 +84,17 @@ write_basic_package_version_file(${PROJECT_BINARY_DIR}/tonusConfigVersion.cmake
 install(FILES ${PROJECT_BINARY_DIR}/tonusConfig.cmake ${PROJECT_BINARY_DIR}/tonusConfigVersion.cmake
         DESTINATION ${CMAKE_INSTALL_DATADIR}/cmake/tonus COMPONENT dev)
 
+# --- python3-tonus: the package as Debian's Python finds it
+if(TARGET tonus_python)
+  set(python_folder lib/python3/dist-packages)
+  install(TARGETS tonus_python LIBRARY DESTINATION ${python_folder}/tonus COMPONENT python)
+  install(DIRECTORY services/python/tonus/ DESTINATION ${python_folder}/tonus COMPONENT python
+          FILES_MATCHING PATTERN "*.py" PATTERN "*.pyi" PATTERN "py.typed" PATTERN "__pycache__" EXCLUDE)
+  install(FILES ${TONUS_PYTHON_METADATA} DESTINATION ${python_folder}/tonus-${TONUS_VERSION}.dist-info COMPONENT python)
+  install(DIRECTORY examples/python/ DESTINATION ${CMAKE_INSTALL_DATADIR}/doc/python3-tonus/examples COMPONENT python
+          FILES_MATCHING PATTERN "*.ipynb")
+endif()
+
 # --- configuration and units, whose places depend on the prefix of the installation
 function(tonus_install_outside_prefix component folder)
   foreach(file ${ARGN})
@@ -138,7 +149,7 @@ tonus_install_outside_prefix(cli etc/tonus ${packaging}/tonus.toml)
 # --- licences: of tonus, of the libraries whose code is in the programs, of the npm packages in the pages
 set(licences ${PROJECT_BINARY_DIR}/licences)
 set(in_programs libcli11-dev libtomlplusplus-dev nlohmann-json3-dev libeigen3-dev libspdlog-dev libfmt-dev libfastcdr-dev
-    libboost1.74-dev)
+    libboost1.74-dev pybind11-dev)
 set(files "")
 foreach(package ${in_programs})
   if(EXISTS /usr/share/doc/${package}/copyright)
@@ -162,7 +173,7 @@ endif()
 add_custom_target(tonus_licences ALL DEPENDS ${files} ${pages_licences})
 
 include(TonusPackages)
-foreach(component rig services dashboard cli dev)
+foreach(component ${TONUS_COMPONENTS})
   set(folder ${CMAKE_INSTALL_DATADIR}/doc/${TONUS_PACKAGE_${component}})
   install(FILES ${packaging}/copyright DESTINATION ${folder} COMPONENT ${component})
   install(FILES ${PROJECT_BINARY_DIR}/packaging/changelog.Debian.gz DESTINATION ${folder} COMPONENT ${component})
@@ -178,6 +189,9 @@ endif()
 # Everything that is installed; deploy/packages builds this alone.
 add_custom_target(tonus_packaged)
 add_dependencies(tonus_packaged tonus_documents tonus_licences tonus-rig-watchdog)
+if(TARGET tonus_python)
+  add_dependencies(tonus_packaged tonus_python_package)
+endif()
 if(TARGET tonus_dashboard_pages)
   add_dependencies(tonus_packaged tonus_dashboard_pages)
 endif()

@@ -4,6 +4,11 @@ set(TONUS_PACKAGE_services tonus-services)
 set(TONUS_PACKAGE_dashboard tonus-dashboard)
 set(TONUS_PACKAGE_cli tonus-cli)
 set(TONUS_PACKAGE_dev tonus-dev)
+set(TONUS_PACKAGE_python python3-tonus)
+set(TONUS_COMPONENTS rig services dashboard cli dev)
+if(TARGET tonus_python)
+  list(APPEND TONUS_COMPONENTS python)
+endif()
 set(TONUS_MAINTAINER "tonus maintainers <tonus@example.org>" CACHE STRING "Maintainer that the packages name")
 
 set(CPACK_GENERATOR DEB)
@@ -13,7 +18,7 @@ set(CPACK_PACKAGE_DIRECTORY ${PROJECT_BINARY_DIR}/packages)
 set(CPACK_PACKAGE_CONTACT "${TONUS_MAINTAINER}")
 set(CPACK_PACKAGE_DESCRIPTION_SUMMARY "measures how a person's arm resists being moved")
 set(CPACK_PACKAGING_INSTALL_PREFIX /usr)
-set(CPACK_COMPONENTS_ALL rig services dashboard cli dev)
+set(CPACK_COMPONENTS_ALL ${TONUS_COMPONENTS})
 set(CPACK_COMPONENTS_GROUPING IGNORE)
 set(CPACK_DEB_COMPONENT_INSTALL ON)
 set(CPACK_STRIP_FILES ON)
@@ -50,8 +55,16 @@ set(CPACK_DEBIAN_DEV_PACKAGE_SECTION libdevel)
 set(CPACK_COMPONENT_DEV_DESCRIPTION "tonus: for drivers and subscribers
  Header of the driver interface, the contract's IDL, a CMake package, examples, and tonus-driver-contract.")
 
+set(CPACK_DEBIAN_PYTHON_PACKAGE_NAME ${TONUS_PACKAGE_python})
+set(CPACK_DEBIAN_PYTHON_PACKAGE_SECTION python)
+set(CPACK_DEBIAN_PYTHON_PACKAGE_DEPENDS
+    "python3 (>= 3.11), python3 (<< 3.12), python3-numpy, python3-pandas, python3-websockets")
+set(CPACK_DEBIAN_PYTHON_PACKAGE_RECOMMENDS "python3-matplotlib")
+set(CPACK_COMPONENT_PYTHON_DESCRIPTION "tonus: archives, datasets and live sessions in Python
+ Measured records as NumPy arrays, results as pandas tables, and the identification of the services.")
+
 # CPack finds maintainer scripts by their names.
-foreach(component rig services dashboard cli)
+foreach(component rig services dashboard cli python)
   string(TOUPPER ${component} upper)
   set(scripts "")
   foreach(script postinst prerm postrm)

@@ -100,16 +100,27 @@ function(tonus_compile_as kind target)
   endif()
 endfunction()
 
-# tonus_library(NAME SOURCES a.cpp ... [DEPENDS target ...] [PRIVATE_DEPENDS target ...] [COMMAND_LINE])
+# For what the Python module is made of too: the same objects are in the programs and in the module. Without
+# interposition the compiler treats them as it treats a program's own.
+function(tonus_share target)
+  set_target_properties(${target} PROPERTIES POSITION_INDEPENDENT_CODE ON)
+  target_compile_options(${target} PRIVATE $<$<CXX_COMPILER_ID:GNU>:-fno-semantic-interposition>)
+endfunction()
+
+# tonus_library(NAME SOURCES a.cpp ... [DEPENDS target ...] [PRIVATE_DEPENDS target ...] [COMMAND_LINE] [SHARED_CODE])
 # COMMAND_LINE: most of its sources read the command line; compiled for a short build.
+# SHARED_CODE: also part of the Python module (tonus_share).
 function(tonus_library name)
-  cmake_parse_arguments(ARG "COMMAND_LINE" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
+  cmake_parse_arguments(ARG "COMMAND_LINE;SHARED_CODE" "" "SOURCES;DEPENDS;PRIVATE_DEPENDS" ${ARGN})
   add_library(${name} STATIC ${ARG_SOURCES})
   target_link_libraries(${name} PUBLIC tonus_options ${ARG_DEPENDS} PRIVATE ${ARG_PRIVATE_DEPENDS})
   if(ARG_COMMAND_LINE)
     tonus_compile_as(command ${name})
   else()
     tonus_compile_as(library ${name})
+  endif()
+  if(ARG_SHARED_CODE)
+    tonus_share(${name})
   endif()
 endfunction()
 

@@ -14,6 +14,7 @@
 #include "services/formats/csv_export.hpp"
 #include "services/formats/hdf5_export.hpp"
 #include "services/formats/session_recordings.hpp"
+#include "services/formats/xdf_export.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/version.hpp"
@@ -58,6 +59,8 @@ Result<void> export_session(const ExportOptions& options) {
   } else if (options.format == "csv") {
     done = formats::export_csv(**store, *session, options.out,
                                {{"session.json", json_text(session_json(*session)) + "\n"}}, progress);
+  } else if (options.format == "xdf") {
+    done = formats::export_xdf(**store, *session, options.out, progress);
   } else {
     done = formats::export_hdf5(**store, *session, options.out, progress);
   }
@@ -74,9 +77,9 @@ void add_export_command(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<ExportOptions>();
   command->add_option("session", options->session, "its id or the beginning of it (default: the last one)");
   add_archive_option(*command, options->archive);
-  command->add_option("--format", options->format, "bids or csv (a folder), or hdf5 (a file)")
+  command->add_option("--format", options->format, "bids or csv (a folder), hdf5 or xdf (a file)")
       ->required()
-      ->check(CLI::IsMember({"bids", "csv", "hdf5"}));
+      ->check(CLI::IsMember({"bids", "csv", "hdf5", "xdf"}));
   command->add_option("--out", options->out, "path that does not exist yet")->required();
   command->callback([options, &chosen] {
     chosen = [options] {

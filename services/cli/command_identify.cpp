@@ -7,8 +7,9 @@
 #include <set>
 #include <spdlog/fmt/fmt.h>
 
-#include "analysis_service/offline/archived_session.hpp"
 #include "analysis_service/offline/offline.hpp"
+#include "analysis_service/offline/request.hpp"
+#include "analysis_service/offline/results_json.hpp"
 #include "analysis_service/service/judge_options.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
@@ -18,7 +19,6 @@
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/open_store.hpp"
-#include "services/store/session_reader.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -26,38 +26,11 @@ namespace {
 struct IdentifyOptions {
   std::string source;   ///< Dataset or archive.
   std::string session;  ///< Of an archive; empty: the one that began last.
-  std::string method{impedance::kAutomatic};
-  std::string model = "linear";
-  impedance::Options settings;
+  identification::Request request;
   int force_sign = 0;
   identification::JudgeOptions judge;
   std::string json;
 };
-
-/// Every combination of the methods and models asked for.
-Result<std::vector<impedance::Options>> analyses_of(const IdentifyOptions& options) {
-  std::vector<impedance::Options> methods = impedance::by_every_method(options.settings);
-  if (options.method != "all") {
-    auto method = impedance::with_method(options.settings, options.method);
-    if (!method) return fail(method.error().code, "--method: " + method.error().message);
-    methods = {*method};
-  }
-  std::vector<impedance::Model> models(std::begin(impedance::kModels), std::end(impedance::kModels));
-  if (options.model != "all") {
-    auto model = impedance::model_named(options.model);
-    if (!model) return fail(model.error().code, "--model: " + model.error().message);
-    models = {*model};
-  }
-  std::vector<impedance::Options> analyses;
-  for (const auto& method : methods) {
-    for (const auto model : models) {
-      if (methods.size() > 1 && !impedance::has_model(method.method, model)) continue;
-      analyses.push_back(method);
-      analyses.back().model = model;
-    }
-  }
-  return analyses;
-}
 
 using identification::DatasetEstimates;
 using Estimates = Result<DatasetEstimates>;
@@ -82,18 +55,8 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
   }
   auto store = store::open_store_for_reading(name);
   if (!store) return store.error();
-  const auto record = store::find_session(**store, options.session);
-  if (!record) return record.error();
-  const auto session = store::read_session(**store, record->session);
-  if (!session) return session.error();
-  for (const auto& trial : session->trials) {
-    if (!trial.outcome || !(trial.outcome->value.sample_rate_Hz() > 0.0)) continue;
-    const double period = 1.0 / trial.outcome->value.sample_rate_Hz();
-    if (auto valid = impedance::validate(options.settings, period); !valid) return valid.error();
-    break;
-  }
-  TONUS_TRY_ASSIGN(auto found,
-                   identification::identify_session(**store, *session, analyses, options.judge.choice()));
+  TONUS_TRY_ASSIGN(auto found, identification::identify_archived(**store, options.session, analyses,
+                                                                 options.judge.choice()));
   return DatasetEstimates{std::move(found), {}};
 }
 
@@ -111,40 +74,30 @@ Estimates identify_source(const IdentifyOptions& options, const std::vector<impe
   return identify_dataset(options, analyses);
 }
 
-void print(const ConditionResult& result, bool with_tracking_system) {
+void print(const identification::OfflineEstimate& result, bool with_tracking_system) {
   std::printf("%s%s%s run %d%s, %s", result.participant.c_str(), result.session.empty() ? "" : " ",
               result.session.c_str(), result.run,
               with_tracking_system ? (" tracksys " + result.tracking_system).c_str() : "",
               as_text(result.estimate, {}).c_str());
   if (result.estimate.settled_s() >= 0.0) std::printf("  settled in %.3g s\n", result.estimate.settled_s());
-  for (const auto& trial : result.rejected) {
+  for (const auto& trial : result.left_out) {
     std::printf("  trial %lld left out: %s\n", static_cast<long long>(trial.trial), trial.reason.c_str());
   }
   std::printf("\n");
 }
 
 Result<void> identify(const IdentifyOptions& options) {
-  auto analyses = analyses_of(options);
-  if (!analyses) return analyses.error();
-  auto estimates = identify_source(options, *analyses);
+  const auto analyses = identification::analyses_of(options.request);
+  if (!analyses) return fail(analyses.error().code, "--" + analyses.error().message);
+  const auto estimates = identify_source(options, *analyses);
   if (!estimates) return estimates.error();
-
-  std::vector<ConditionResult> results;
   std::set<std::string> tracking_systems;
-  for (auto& estimate : estimates->estimates) {
-    tracking_systems.insert(estimate.tracking_system);
-    ConditionResult result{estimate.participant,         estimate.session,        estimate.run, {},
-                           std::move(estimate.estimate), estimate.tracking_system};
-    for (auto& trial : estimate.left_out) result.rejected.push_back({trial.trial, std::move(trial.reason)});
-    results.push_back(std::move(result));
-  }
-  for (const auto& result : results) print(result, tracking_systems.size() > 1);
+  for (const auto& estimate : estimates->estimates) tracking_systems.insert(estimate.tracking_system);
+  for (const auto& estimate : estimates->estimates) print(estimate, tracking_systems.size() > 1);
   for (const auto& item : estimates->left_out)
     std::fprintf(stderr, "tonus identify: left out: %s\n", shown(item).c_str());
   if (options.json.empty()) return {};
-  auto json = as_json(results);
-  if (!estimates->left_out.empty()) json["left_out"] = estimates->left_out;
-  return write_text_file(options.json, json_text(json) + "\n");
+  return write_text_file(options.json, json_text(identification::json_of(*estimates)) + "\n");
 }
 
 }  // namespace
@@ -160,22 +113,23 @@ void add_identify_command(CLI::App& app, Command& chosen) {
   command->add_option("--session", options->session,
                       "of an archive: the session's id or its beginning; default: the one that began last");
   command
-      ->add_option("--method", options->method,
+      ->add_option("--method", options->request.method,
                    "lowpass, optimal, state_variable, refined, spectral or all; auto: state_variable for "
                    "perturbations, spectral for continuous records")
       ->capture_default_str();
   command
-      ->add_option("--model", options->model,
+      ->add_option("--model", options->request.model,
                    "linear, no_damping, coriolis, squared_velocity, signed_squared_velocity or all; of "
                    "continuous records linear, friction, cubic, reflex or auto, the simplest that passes")
       ->capture_default_str();
-  command->add_option("--window", options->settings.window, "s from the onset that are fitted")
+  command->add_option("--window", options->request.settings.window, "s from the onset that are fitted")
       ->capture_default_str();
-  command->add_option("--cutoff", options->settings.cutoff, "of the low-pass filter, Hz")
+  command->add_option("--cutoff", options->request.settings.cutoff, "of the low-pass filter, Hz")
       ->capture_default_str();
-  command->add_option("--natural-frequency", options->settings.natural_frequency,
+  command->add_option("--natural-frequency", options->request.settings.natural_frequency,
                       "of the state-variable filter, Hz; default: from the data");
-  command->add_option("--damping-ratio", options->settings.damping_ratio, "of the state-variable filter")
+  command
+      ->add_option("--damping-ratio", options->request.settings.damping_ratio, "of the state-variable filter")
       ->capture_default_str();
   command
       ->add_option("--force-sign", options->force_sign,

@@ -21,26 +21,6 @@ using Truth = std::function<std::optional<simulation::CartesianImpedance>(const 
 /// ellipses, curl, spring centre, fitting error.
 [[nodiscard]] std::string as_text(const v1::Estimate& estimate, const Truth& truth);
 
-/// A trial that was left out of an estimate.
-struct RejectedTrial {
-  std::int64_t trial = 0;
-  std::string reason;
-};
-
-/// An estimate and whose it is.
-struct ConditionResult {
-  std::string participant;
-  std::string session;  ///< Empty: none.
-  int run = 1;
-  std::vector<RejectedTrial> rejected;
-  v1::Estimate estimate;
-  std::string tracking_system{};  ///< Of a dataset's run; empty: none.
-};
-
-/// `{"schema": 1, "conditions": [...]}`: one object for each estimate, matrices row by row, units in the
-/// keys, or in `units` for one-axis rigs.
-[[nodiscard]] nlohmann::json as_json(const std::vector<ConditionResult>& results);
-
 /// One object for each posture and method that was measured under bias forces, with its sets: actual and
 /// predicted spring centres, modulation of K and B. Units in the keys.
 [[nodiscard]] nlohmann::json as_json(const std::vector<study::LoadedPosture>& postures);

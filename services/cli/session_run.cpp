@@ -6,6 +6,7 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/offline/results_json.hpp"
 #include "analysis_service/study/loaded_postures.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/recording_protocol.hpp"
@@ -49,9 +50,9 @@ Result<Truth> truth_of(const std::optional<v1::RigDescription>& rig, const std::
 
 /// The rejected trials of a session's posture: a verdict names its trial's place in the plan, which belongs
 /// to one posture.
-std::vector<RejectedTrial> rejected_of(const std::vector<v1::TrialVerdict>& verdicts,
-                                       const v1::Estimate& estimate) {
-  std::vector<RejectedTrial> rejected;
+std::vector<identification::LeftOut> rejected_of(const std::vector<v1::TrialVerdict>& verdicts,
+                                                 const v1::Estimate& estimate) {
+  std::vector<identification::LeftOut> rejected;
   for (const auto& verdict : verdicts) {
     if (verdict.posture_index() == estimate.posture_index())
       rejected.push_back({verdict.attempt(), verdict.detail()});
@@ -72,12 +73,12 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
   }
   std::fflush(stdout);
   if (options.json.empty()) return {};
-  std::vector<ConditionResult> results;
+  std::vector<identification::OfflineEstimate> results;
   for (const auto& estimate : estimates) {
     results.push_back({options.subject, to_hex(session), static_cast<int>(estimate.posture_index()) + 1,
                        rejected_of(client.rejections(session), estimate), estimate});
   }
-  nlohmann::json json = as_json(results);
+  nlohmann::json json = identification::json_of(results);
   json["loaded"] = as_json(study::loaded_postures(estimates));
   return write_text_file(options.json, json_text(json) + "\n");
 }

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/offline/results_json.hpp"
 #include "services/cli/results.hpp"
 #include "services/contract/names.hpp"
 #include "services/core/clock.hpp"
@@ -150,24 +151,6 @@ json trial_json(const SessionTrial& trial) {
   return object;
 }
 
-std::vector<ConditionResult> conditions_of(const Session& session) {
-  std::vector<ConditionResult> results;
-  for (const auto& estimate : store::newest_estimates(session)) {
-    ConditionResult result{session.record.subject,
-                           to_hex(session.record.session),
-                           static_cast<int>(estimate.posture_index()) + 1,
-                           {},
-                           estimate};
-    for (const auto& trial : session.trials) {
-      if (!trial.verdict || trial.verdict->value.is_valid()) continue;
-      if (trial.verdict->value.posture_index() == estimate.posture_index())
-        result.rejected.push_back({trial.attempt, trial.verdict->value.detail()});
-    }
-    results.push_back(std::move(result));
-  }
-  return results;
-}
-
 }  // namespace
 
 std::string session_text(const Session& session) {
@@ -182,7 +165,7 @@ std::string session_text(const Session& session) {
 
 json session_json(const Session& session) {
   const auto& record = session.record;
-  json root = as_json(conditions_of(session));
+  json root = identification::json_of(identification::published_results(session));
   root["session"] = {{"id", to_hex(record.session)},
                      {"rig", to_hex(record.rig)},
                      {"subject", record.subject},

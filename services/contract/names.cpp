@@ -32,6 +32,22 @@ bool is_over(SessionPhase phase) {
   return phase == SESSION_COMPLETED || phase == SESSION_ABORTED || phase == SESSION_FAILED;
 }
 
+const char* mode_name(RigMode mode) {
+  switch (mode) {
+    case RIG_STARTING:
+      return "starting";
+    case RIG_FREE:
+      return "free";
+    case RIG_ARMED:
+      return "armed";
+    case RIG_IN_TRIAL:
+      return "in trial";
+    case RIG_HELD:
+      return "held";
+  }
+  return "unknown";
+}
+
 const char* end_name(TrialEnd end) {
   switch (end) {
     case TRIAL_COMPLETED:

@@ -15,6 +15,9 @@ namespace tonus::v1 {
 /// True where nothing more will come of a session in this phase: completed, aborted or failed.
 [[nodiscard]] bool is_over(SessionPhase phase);
 
+/// "starting", "free", "armed", "in trial", "held"
+[[nodiscard]] const char* mode_name(RigMode mode);
+
 /// "completed", "aborted", "faulted", ...
 [[nodiscard]] const char* end_name(TrialEnd end);
 

@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 #include <numbers>
 #include <optional>
 #include <set>
@@ -146,17 +145,6 @@ Result<void> assign_commanded(const ChannelTable& table, const Recording& record
   if (has_one_axis) return assign(table, {{"xc", Column::kCommanded0, recording.displacement_unit}}, columns);
   if (!table.find("yc")) return {};
   return assign(table, {{"xc", Column::kCommanded0, "m"}, {"yc", Column::kCommanded1, "m"}}, columns);
-}
-
-/// A rig whose channels are already displacement and force.
-RigGeometry converted_rig(RigKind kind) {
-  RigGeometry rig;
-  rig.kind = kind;
-  rig.counts_per_unit = {1.0, 1.0};
-  rig.force_calibration = Eigen::Matrix2d::Identity();
-  rig.force_saturation_V =
-      std::numeric_limits<double>::infinity();  // a converted channel tells of no end stop
-  return rig;
 }
 
 /// "Rig" of `_channels.json`, for raw channels of one or two axes.

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 #include <spdlog/fmt/fmt.h>
 
 namespace tonus::recording {
@@ -10,6 +11,15 @@ namespace {
 constexpr double kRestBefore = 1.0;  // s, more than the conversion to a trial uses
 
 }  // namespace
+
+RigGeometry converted_rig(RigKind kind) {
+  RigGeometry rig;
+  rig.kind = kind;
+  rig.counts_per_unit = {1.0, 1.0};
+  rig.force_calibration = Eigen::Matrix2d::Identity();
+  rig.force_saturation_V = std::numeric_limits<double>::infinity();
+  return rig;
+}
 
 Result<void> state_force_sign(Recording& recording, int sign) {
   if (sign != 1 && sign != -1) {

@@ -113,6 +113,9 @@ struct Recording {
   std::vector<PerturbationEvent> events;  ///< By onset; at least one.
 };
 
+/// The constants of a rig whose channels are already displacement and force: unit scales, no end stop.
+[[nodiscard]] RigGeometry converted_rig(RigKind kind);
+
 /// Sets the sign of a one-axis recording's converted force channel. kInvalidArgument: sign is not +1 or -1,
 /// or the recording is raw or has two axes, whose sign its calibration or the format states already.
 [[nodiscard]] Result<void> state_force_sign(Recording& recording, int sign);

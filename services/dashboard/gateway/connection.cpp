@@ -6,7 +6,9 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "services/dashboard/gateway/json_messages.hpp"
 #include "services/dashboard/gateway/metrics.hpp"
+#include "services/dashboard/gateway/open_api.hpp"
 #include "services/dashboard/gateway/server_core.hpp"
 #include "services/dashboard/gateway/websocket_client.hpp"
 
@@ -51,15 +53,12 @@ constexpr char kReportPolicy[] =
     "sandbox allow-same-origin allow-downloads";
 constexpr char kReportCookie[] = "tonus-report";
 constexpr char kReportPath[] = "/reports/";
+constexpr char kJsonPath[] = "/json";
 
 constexpr char kNoPages[] =
     "<!doctype html><meta charset=utf-8><title>tonus</title><p>This gateway has no pages: it was built "
     "without "
     "npm. Its WebSocket (foxglove.websocket.v1) works.";
-
-std::string error_body(const std::string& why) {
-  return nlohmann::json{{"error", why}}.dump(-1, ' ', false, nlohmann::json::error_handler_t::replace);
-}
 
 template <typename Stream>
 class Connection final : public std::enable_shared_from_this<Connection<Stream>> {
@@ -102,12 +101,12 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   void on_read(error_code error) {
     if (error == http::error::header_limit || error == http::error::body_limit) {
       core_.hub.refuse(Refused::kOversized, peer_, "an HTTP request over the limit");
-      return respond(http::status::payload_too_large, "application/json", error_body("too large"), true);
+      return respond(http::status::payload_too_large, "application/json", error_text("too large"), true);
     }
     if (error && error.category() == http::make_error_code(http::error::bad_method).category() &&
         error != http::error::end_of_stream && error != http::error::partial_message) {
       core_.hub.refuse(Refused::kMalformed, peer_, "not HTTP: " + error.message());
-      return respond(http::status::bad_request, "application/json", error_body("not HTTP"), true);
+      return respond(http::status::bad_request, "application/json", error_text("not HTTP"), true);
     }
     if (error) return;
     request_ = parser_->release();
@@ -131,7 +130,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
 
   void route() {
     if (request_.method() != http::verb::get && request_.method() != http::verb::head)
-      return respond(http::status::method_not_allowed, "application/json", error_body("GET is needed"));
+      return respond(http::status::method_not_allowed, "application/json", error_text("GET is needed"));
     const bool is_upgrade = beast::websocket::is_upgrade(request_);
     const auto where = path();
     const bool is_guarded = is_upgrade || where == "/metrics" || where.starts_with(kReportPath) ||
@@ -141,13 +140,13 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     if (const auto* refusal = std::get_if<Refusal>(&admitted)) {
       core_.hub.refuse(Refused::kConnection, peer_, refusal->reason);
       return respond(static_cast<http::status>(refusal->http_status), "application/json",
-                     error_body(refusal->reason));
+                     error_text(refusal->reason));
     }
     const Role role = std::get<Role>(admitted);
     if (!seat_.set_standing(role == Role::kOperate ? Standing::kOperator : Standing::kViewer)) {
       const std::string why = "as many viewers are connected as are allowed";
       core_.hub.refuse(Refused::kConnection, peer_, why);
-      return respond(http::status::service_unavailable, "application/json", error_body(why), true);
+      return respond(http::status::service_unavailable, "application/json", error_text(why), true);
     }
     if (is_upgrade) return upgrade(role);
     if (where == "/api/role")
@@ -156,6 +155,10 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       return respond(http::status::ok, "application/json",
                      core_.hub.status_json(core_.inbox->live_dropped()));
     if (where == "/metrics") return give_metrics();
+    if (where == "/api/openapi.json")
+      return respond(http::status::ok, "application/json", std::string(kOpenApi));
+    if (const auto topics = topics_of_path(where); !topics.empty())
+      return respond(http::status::ok, "application/json", core_.hub.latest_json(topics));
     read_elsewhere([this, where, topic = query_value(target(), "topic")] {
       is_report_ = where.starts_with(kReportPath);
       return answer_api(core_.options.folders, where, topic);
@@ -182,21 +185,35 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   }
 
   void upgrade(Role role) {
+    if (path() == kJsonPath) return upgrade_to_json(role);
     const auto offered = request_[http::field::sec_websocket_protocol];
     if (!http::token_list{offered}.exists(kSubprotocol)) {
-      const auto why = fmt::format("the subprotocol {} is needed", kSubprotocol);
+      const auto why = fmt::format("the subprotocol {} is needed, or the path {}", kSubprotocol, kJsonPath);
       core_.hub.refuse(Refused::kConnection, peer_, why);
-      return respond(http::status::bad_request, "application/json", error_body(why));
+      return respond(http::status::bad_request, "application/json", error_text(why));
     }
-    std::make_shared<WebSocketClient<Stream>>(core_, std::move(stream_), role, peer_, std::move(seat_))
-        ->accept(request_);
+    make_client(role)->accept(request_);
+  }
+
+  void upgrade_to_json(Role role) {
+    auto topics = json_topics_of(query_value(target(), "topics"));
+    if (!topics) {
+      core_.hub.refuse(Refused::kConnection, peer_, topics.error().message);
+      return respond(http::status::bad_request, "application/json", error_text(topics.error().message));
+    }
+    make_client(role)->accept_json(request_, std::move(*topics));
+  }
+
+  [[nodiscard]] auto make_client(Role role) {
+    return std::make_shared<WebSocketClient<Stream>>(core_, std::move(stream_), role, peer_,
+                                                     std::move(seat_));
   }
 
   /// Archive, reports, metrics: from a disk, which may take its time, in the reading thread. `read` has this
   /// connection to itself.
   void read_elsewhere(std::function<ApiAnswer()> read) {
     if (core_.reading_jobs >= kMaximumReadingJobs)
-      return respond(http::status::service_unavailable, "application/json", error_body("too many requests"));
+      return respond(http::status::service_unavailable, "application/json", error_text("too many requests"));
     ++core_.reading_jobs;
     asio::post(core_.reading_thread, [self = this->shared_from_this(), read = std::move(read)] {
       auto answer = std::make_shared<ApiAnswer>(read());

@@ -3,6 +3,8 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/core/json_text.hpp"
+
 namespace tonus::dashboard {
 namespace {
 
@@ -132,6 +134,8 @@ std::string advertise_text(const std::vector<Channel>& channels) {
   }
   return json{{"op", "advertise"}, {"channels", list}}.dump();
 }
+
+std::string error_text(std::string_view message) { return json_text(json{{"error", message}}, -1); }
 
 std::string status_text(StatusLevel level, std::string_view message) {
   return json{{"op", "status"}, {"level", static_cast<int>(level)}, {"message", message}}.dump(

@@ -40,6 +40,8 @@ enum class StatusLevel : std::uint8_t { kInfo = 0, kWarning = 1, kError = 2 };
 [[nodiscard]] std::string server_info_text(const ServerInfo& info);
 [[nodiscard]] std::string advertise_text(const std::vector<Channel>& channels);
 [[nodiscard]] std::string status_text(StatusLevel level, std::string_view message);
+/// `{"error": "..."}`, as HTTP and JSON clients get it.
+[[nodiscard]] std::string error_text(std::string_view message);
 
 /// The 13 bytes before a message's payload: opcode, subscription, time (ns of UTC).
 [[nodiscard]] std::string message_head(std::uint32_t subscription, std::uint64_t time_ns);

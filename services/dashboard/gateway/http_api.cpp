@@ -1,6 +1,7 @@
 #include "services/dashboard/gateway/http_api.hpp"
 
 #include <algorithm>
+#include <array>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -8,10 +9,13 @@
 #include <spdlog/fmt/fmt.h>
 #include <spdlog/spdlog.h>
 
+#include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
+#include "services/contract/message_json.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
+#include "services/dashboard/gateway/json_messages.hpp"
 #include "services/dashboard/gateway/pages.hpp"
 #include "services/store/open_store.hpp"
 #include "services/store/session_reader.hpp"
@@ -143,6 +147,33 @@ ApiAnswer session_messages(store::Store& store, const Id& id, std::string_view t
   return answer;
 }
 
+/// Messages of a session as the live paths of the same names give them.
+std::optional<ApiAnswer> session_json(store::Store& store, const Id& id, std::string_view what) {
+  constexpr std::array<std::string_view, 4> kKnown{"/estimates", "/outcomes", "/plans", "/verdicts"};
+  if (std::find(kKnown.begin(), kKnown.end(), what) == kKnown.end()) return std::nullopt;
+  const auto session = store::read_session(store, id);
+  if (!session) return refusal(session.error());
+  std::vector<std::string> texts;
+  const auto add = [&](const auto& topic, const auto& value, std::uint64_t time_ns) {
+    texts.push_back(json_text_of(topic.spec.name, time_ns, contract::message_json(value)));
+  };
+  if (what == "/plans") add(topics::kSessionPlan, session->plan, 0);
+  if (what == "/estimates") {
+    std::map<Id, std::uint64_t> published;
+    for (const auto& estimate : session->estimates)
+      published[estimate.value.estimate_id()] = estimate.received_ns;
+    for (const auto& estimate : store::newest_estimates(*session))
+      add(topics::kEstimateCondition, estimate, published[estimate.estimate_id()]);
+  }
+  for (const auto& trial : session->trials) {
+    if (what == "/verdicts" && trial.verdict)
+      add(topics::kTrialVerdict, trial.verdict->value, trial.verdict->received_ns);
+    if (what == "/outcomes" && trial.outcome)
+      add(topics::kTrialOutcome, trial.outcome->value, trial.outcome->received_ns);
+  }
+  return ApiAnswer{200, "application/json", json_list(texts)};
+}
+
 ApiAnswer archived(const std::string& name, std::string_view rest, std::string_view topic) {
   const auto store = store::open_store_for_reading(name);
   if (!store) return refusal(store.error());
@@ -153,6 +184,7 @@ ApiAnswer archived(const std::string& name, std::string_view rest, std::string_v
   if (!record) return refusal(record.error());
   if (slash == std::string_view::npos) return session_summary(**store, *record);
   if (rest.substr(slash) == "/messages") return session_messages(**store, record->session, topic);
+  if (auto answer = session_json(**store, record->session, rest.substr(slash))) return *std::move(answer);
   return refusal(404, "there is no such page");
 }
 

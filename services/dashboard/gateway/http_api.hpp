@@ -24,15 +24,16 @@ struct ApiFolders {
 
 /// GET of a path (without query; `topic` is the query's "topic"):
 ///
-///     /api/protocols                    [{"name", "text"}]
-///     /api/sessions                     [{"session_id", "subject", "protocol", "started_at", ...}], newest
-///     first /api/sessions/ID                  the same with "trials" and "certificate"
-///     /api/sessions/ID/messages         ?topic=session/plan, session/state, estimate/condition,
-///     trial/outcome,
-///                                       trial/verdict or rig/description: CDR messages as the bus carries
-///                                       them, each after its length in bytes (uint32, little endian)
-///     /api/reports                      [{"path", "bytes", "modified"}]
-///     /reports/PATH                     a file of the reports' folder
+///     /api/protocols              [{"name", "text"}]
+///     /api/sessions               [{"session_id", "subject", "protocol", "started_at", ...}], newest first
+///     /api/sessions/ID            the same with "trials" and "certificate"
+///     /api/sessions/ID/estimates, /verdicts, /outcomes, /plans
+///                                 messages in JSON (json_messages.hpp); time_ns: when the archive got them
+///     /api/sessions/ID/messages   ?topic=session/plan, session/state, estimate/condition, trial/outcome,
+///                                 trial/verdict or rig/description: CDR messages as the bus carries them,
+///                                 each after its length in bytes (uint32, little endian)
+///     /api/reports                [{"path", "bytes", "modified"}]
+///     /reports/PATH               a file of the reports' folder
 ///
 /// Anything else: 404. Errors: {"error": "..."} with 404 or 503.
 [[nodiscard]] ApiAnswer answer_api(const ApiFolders& folders, std::string_view path, std::string_view topic);

@@ -6,6 +6,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/core/text.hpp"
+#include "services/dashboard/gateway/json_messages.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -37,7 +38,7 @@ Hub::Hub(std::vector<OfferedTopic> topics, Options options, const Clock& clock,
       ask_(std::move(ask)),
       latest_(options_.latest) {}
 
-ClientId Hub::join(ClientLink& link, Role role, const std::string& peer) {
+std::pair<ClientId, Hub::Client&> Hub::add(ClientLink& link, Role role, const std::string& peer) {
   const ClientId id = ++last_client_;
   Client& client =
       clients_
@@ -50,14 +51,31 @@ ClientId Hub::join(ClientLink& link, Role role, const std::string& peer) {
                               {},
                               {},
                               TokenBucket(options_.malformed_per_second, options_.malformed_burst),
+                              false,
                               false})
           .first->second;
+  return {id, client};
+}
+
+ClientId Hub::join(ClientLink& link, Role role, const std::string& peer) {
+  const auto [id, client] = add(link, role, peer);
   ServerInfo info{"tonus-dashboard", options_.session, options_.metadata};
   info.metadata.emplace_back("role", role_name(role));
   std::vector<Channel> channels;
   for (const auto& offered : topics_) channels.push_back(offered.channel);
   send_state(client, {server_info_text(info), nullptr, true});
   send_state(client, {advertise_text(channels), nullptr, true});
+  return id;
+}
+
+ClientId Hub::join_json(ClientLink& link, Role role, const std::string& peer,
+                        std::span<const std::string_view> wanted) {
+  const auto [id, client] = add(link, role, peer);
+  client.is_json = true;
+  for (const std::string_view name : wanted) {
+    const std::uint32_t channel = topic_named(name).channel.id;
+    subscribe(id, client, {channel, channel});
+  }
   return id;
 }
 
@@ -73,6 +91,7 @@ void Hub::leave(ClientId id) {
 void Hub::on_text(ClientId id, std::string_view text) {
   const auto found = clients_.find(id);
   if (found == clients_.end() || !may_speak(id, found->second)) return;
+  if (found->second.is_json) return complain(found->second, "this WebSocket takes no messages");
   const auto saying = parse_client_text(text);
   if (!saying) return complain(found->second, saying.error().message);
   std::visit([&](const auto& what) { handle(id, found->second, what); }, *saying);
@@ -82,6 +101,7 @@ void Hub::on_binary(ClientId id, std::span<const std::byte> frame) {
   const auto found = clients_.find(id);
   if (found == clients_.end() || !may_speak(id, found->second)) return;
   Client& client = found->second;
+  if (client.is_json) return complain(client, "this WebSocket takes no messages");
   const auto message = parse_client_binary(frame);
   if (!message) return complain(client, message.error().message);
   const auto channel = client.channels.find(message->channel);
@@ -170,7 +190,8 @@ void Hub::complain(Client& client, const std::string& what) {
                      "too many messages that cannot be understood; the last one: " + what);
     return;
   }
-  send_state(client, {status_text(StatusLevel::kError, what), nullptr, true});
+  send_state(client,
+             {client.is_json ? error_text(what) : status_text(StatusLevel::kError, what), nullptr, true});
 }
 
 std::optional<Outgoing> Hub::next(ClientId id) {
@@ -224,10 +245,36 @@ void Hub::fan_out(const OfferedTopic& offered, const PassedMessage& message) {
 void Hub::send(Client& client, std::uint32_t subscription, const OfferedTopic& offered,
                const PassedMessage& message) {
   if (client.is_ending) return;
-  Outgoing outgoing{message_head(subscription, message.time_ns), message.payload, false};
+  Outgoing outgoing{client.is_json ? std::string() : message_head(subscription, message.time_ns),
+                    client.is_json ? json_of(offered, message) : message.payload, client.is_json};
+  if (!outgoing.body) return;
   if (offered.flow != Flow::kLive) return send_state(client, std::move(outgoing));
   client.outbox.push_live(subscription, std::move(outgoing), clock_.now());
   client.link->wake();
+}
+
+std::shared_ptr<const bus::Payload> Hub::json_of(const OfferedTopic& offered, const PassedMessage& message) {
+  JsonBody& json = *message.json;
+  if (json.is_made) return json.text;
+  json.is_made = true;
+  const auto text = json_message(offered.channel.topic, message.time_ns, *message.payload);
+  if (text) {
+    json.text = as_payload(*text);
+  } else {
+    refuse(Refused::kMalformed, "bus", fmt::format("{}: {}", offered.channel.topic, text.error().message));
+  }
+  return json.text;
+}
+
+std::string Hub::latest_json(std::span<const std::string_view> wanted) {
+  std::vector<std::string> texts;
+  for (const std::string_view name : wanted) {
+    const OfferedTopic& offered = topic_named(name);
+    for (const PassedMessage& message : latest_.of(offered.channel.id)) {
+      if (const auto text = json_of(offered, message)) texts.emplace_back(as_text(*text));
+    }
+  }
+  return json_list(texts);
 }
 
 void Hub::send_state(Client& client, Outgoing message) {

@@ -61,6 +61,10 @@ class Hub {
 
   /// `link` is used until leave().
   [[nodiscard]] ClientId join(ClientLink& link, Role role, const std::string& peer);
+  /// The same for a client that only listens, to JSON (json_messages.hpp) of these topics: it is greeted by
+  /// the newest message of each key.
+  [[nodiscard]] ClientId join_json(ClientLink& link, Role role, const std::string& peer,
+                                   std::span<const std::string_view> wanted);
   void leave(ClientId client);
 
   void on_text(ClientId client, std::string_view text);
@@ -89,6 +93,8 @@ class Hub {
   [[nodiscard]] std::uint64_t refused(Refused kind) const { return refused_[static_cast<std::size_t>(kind)]; }
   /// The newest message of each key of a topic, in the order of their coming.
   [[nodiscard]] std::vector<PassedMessage> latest(std::string_view topic) const;
+  /// The same of several topics as a JSON list. Messages that cannot be read are left out and counted.
+  [[nodiscard]] std::string latest_json(std::span<const std::string_view> wanted);
   [[nodiscard]] const ResultLatency& latency() const { return latency_; }
   [[nodiscard]] std::string status_json(std::uint64_t arrival_drops) const;
 
@@ -103,6 +109,7 @@ class Hub {
     std::map<std::uint32_t, std::uint32_t> subscriptions;  ///< Subscription to channel.
     std::map<std::uint32_t, ClientChannel> channels;       ///< That it publishes on.
     TokenBucket malformed;
+    bool is_json = false;  ///< Is sent JSON, and says nothing.
     bool is_ending = false;
   };
   struct Listener {
@@ -110,6 +117,9 @@ class Hub {
     std::uint32_t subscription = 0;
   };
 
+  [[nodiscard]] std::pair<ClientId, Client&> add(ClientLink& link, Role role, const std::string& peer);
+  [[nodiscard]] std::shared_ptr<const bus::Payload> json_of(const OfferedTopic& topic,
+                                                            const PassedMessage& message);
   [[nodiscard]] const OfferedTopic* topic(std::uint32_t channel) const;
   [[nodiscard]] const OfferedTopic& topic_named(std::string_view name) const;
   [[nodiscard]] bool may_speak(ClientId id, Client& client);

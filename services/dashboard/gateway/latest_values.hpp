@@ -10,12 +10,19 @@
 
 namespace tonus::dashboard {
 
+/// The JSON of a message, made when it is first asked for, for all who pass it on; null: it cannot be read.
+struct JsonBody {
+  bool is_made = false;
+  std::shared_ptr<const bus::Payload> text;
+};
+
 /// A message as it is passed on.
 struct PassedMessage {
   std::uint32_t channel = 0;
   bus::Key key{};
   std::uint64_t time_ns = 0;  ///< When it was written, UTC.
   std::shared_ptr<const bus::Payload> payload;
+  std::shared_ptr<JsonBody> json = std::make_shared<JsonBody>();  ///< Shared by its copies.
 };
 
 /// The newest message of each key of each kept topic, for late joiners. Bounded per topic, by number and by

@@ -36,28 +36,13 @@ class WebSocketClient final : public ClientLink,
     core_.wants_changed(core_.hub);
   }
 
-  void accept(const Request& request) {
-    namespace beast = boost::beast;
-    namespace websocket = beast::websocket;
-    beast::get_lowest_layer(stream_).expires_never();
-    stream_.set_option(websocket::stream_base::timeout{kHandshakeLimit, kSilenceLimit, true});
-    stream_.set_option(websocket::stream_base::decorator([](websocket::response_type& response) {
-      response.set(beast::http::field::sec_websocket_protocol, kSubprotocol);
-      if constexpr (std::is_same_v<Stream, TlsStream>)
-        response.set("Strict-Transport-Security", "max-age=31536000");
-    }));
-    stream_.read_message_max(core_.options.maximum_frame_bytes);
-    stream_.auto_fragment(false);
-    bound_reading();
-    stream_.control_callback([this](websocket::frame_type, beast::string_view payload) {
-      budget().add(payload.size() + kFrameOverhead);
-      if (!pings_.spend(core_.clock.now())) end(CloseCode::kPolicy, "a flood of control frames");
-    });
-    stream_.async_accept(request, [self = this->shared_from_this()](beast::error_code error) {
-      if (error) return;
-      self->id_ = self->core_.hub.join(*self, self->role_, self->peer_);
-      self->read();
-    });
+  /// For the subprotocol foxglove.websocket.v1.
+  void accept(const Request& request) { shake_hands(request, kSubprotocol); }
+
+  /// For JSON of these topics.
+  void accept_json(const Request& request, std::vector<std::string_view> topics) {
+    json_topics_ = std::move(topics);
+    shake_hands(request, {});
   }
 
   void wake() override {
@@ -88,6 +73,33 @@ class WebSocketClient final : public ClientLink,
   static constexpr std::chrono::seconds kSilenceLimit{30};
   static constexpr std::chrono::seconds kCloseLimit{5};
   static constexpr std::size_t kLongestReason = 123;  // RFC 6455, 5.5
+
+  void shake_hands(const Request& request, std::string_view subprotocol) {
+    namespace beast = boost::beast;
+    namespace websocket = beast::websocket;
+    beast::get_lowest_layer(stream_).expires_never();
+    stream_.set_option(websocket::stream_base::timeout{kHandshakeLimit, kSilenceLimit, true});
+    stream_.set_option(websocket::stream_base::decorator([subprotocol](websocket::response_type& response) {
+      if (!subprotocol.empty()) {
+        response.set(beast::http::field::sec_websocket_protocol,
+                     beast::string_view(subprotocol.data(), subprotocol.size()));
+      }
+      if constexpr (std::is_same_v<Stream, TlsStream>)
+        response.set("Strict-Transport-Security", "max-age=31536000");
+    }));
+    stream_.read_message_max(core_.options.maximum_frame_bytes);
+    stream_.auto_fragment(false);
+    bound_reading();
+    stream_.control_callback([this](websocket::frame_type, beast::string_view payload) {
+      budget().add(payload.size() + kFrameOverhead);
+      if (!pings_.spend(core_.clock.now())) end(CloseCode::kPolicy, "a flood of control frames");
+    });
+    stream_.async_accept(request, [self = this->shared_from_this()](beast::error_code error) {
+      if (error) return;
+      self->id_ = self->join();
+      self->read();
+    });
+  }
 
   [[nodiscard]] ReadBudget& budget() { return boost::beast::get_lowest_layer(stream_).rate_policy(); }
 
@@ -164,6 +176,13 @@ class WebSocketClient final : public ClientLink,
         });
   }
 
+  [[nodiscard]] ClientId join() {
+    if (!json_topics_) return core_.hub.join(*this, role_, peer_);
+    const ClientId id = core_.hub.join_json(*this, role_, peer_, *json_topics_);
+    core_.wants_changed(core_.hub);
+    return id;
+  }
+
   ServerCore& core_;
   Seat seat_;
   boost::beast::websocket::stream<Stream> stream_;
@@ -175,6 +194,7 @@ class WebSocketClient final : public ClientLink,
   ClientId id_ = 0;
   TokenBucket pings_{20.0, 60.0};
   std::optional<boost::beast::websocket::close_reason> closing_;
+  std::optional<std::vector<std::string_view>> json_topics_;  ///< None: the subprotocol's.
   bool is_writing_ = false;
   bool is_woken_ = false;
   bool is_closed_ = false;

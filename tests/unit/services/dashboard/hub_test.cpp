@@ -3,6 +3,9 @@
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
+#include "idl/topics.hpp"
+#include "services/bus/typed.hpp"
+
 namespace tonus::dashboard {
 namespace {
 
@@ -98,6 +101,48 @@ TEST_F(HubTest, PassesAPayloadOnUntouchedAndShared) {
   EXPECT_EQ(got[0].body, given.payload);
   EXPECT_EQ(got[0].head, message_head(9, 5));
   EXPECT_FALSE(got[0].is_text);
+}
+
+/// A message that can be read.
+PassedMessage verdict_message(std::uint32_t channel, std::uint8_t key) {
+  v1::TrialVerdict verdict;
+  verdict.trial_id({key});
+  bus::Key k{};
+  k[0] = key;
+  return {channel, k, 5, std::make_shared<const bus::Payload>(bus::encode(verdict).value())};
+}
+
+TEST_F(HubTest, MakesTheJsonOfAMessageOnceForAllWhoListen) {
+  constexpr std::array<std::string_view, 1> kWanted{"trial/verdict"};
+  Link first;
+  Link second;
+  const auto one = hub_->join_json(first, Role::kView, "peer", kWanted);
+  const auto other = hub_->join_json(second, Role::kView, "peer", kWanted);
+  hub_->on_bus_message(verdict_message(channel("trial/verdict"), 1));
+  Link late;
+  const auto third = hub_->join_json(late, Role::kView, "peer", kWanted);
+  const auto got = sent(one);
+  ASSERT_THAT(got, SizeIs(1));
+  EXPECT_TRUE(got[0].is_text);
+  EXPECT_EQ(json::parse(got[0].head + text_of(*got[0].body))["message"]["trial_id"],
+            "01000000000000000000000000000000");
+  EXPECT_EQ(sent(other).at(0).body, got[0].body);
+  EXPECT_EQ(sent(third).at(0).body, got[0].body);
+}
+
+TEST_F(HubTest, AJsonClientThatIsTooSlowIsSentAwayRatherThanToldLess) {
+  Hub::Options options;
+  options.outbox.state_messages = 10;
+  build(options);
+  constexpr std::array<std::string_view, 1> kWanted{"trial/verdict"};
+  Link slow;
+  const auto id = hub_->join_json(slow, Role::kView, "peer", kWanted);
+  for (std::uint8_t i = 0; i < 10; ++i) hub_->on_bus_message(verdict_message(channel("trial/verdict"), i));
+  EXPECT_FALSE(slow.ended);
+  hub_->on_bus_message(verdict_message(channel("trial/verdict"), 10));
+  EXPECT_EQ(slow.ended, CloseCode::kTryAgain);
+  EXPECT_THAT(slow.why, HasSubstr("too slow"));
+  EXPECT_THAT(sent(id), IsEmpty());
 }
 
 TEST_F(HubTest, SendsNothingThatWasNotSubscribedOrIsNoMore) {

@@ -10,6 +10,7 @@
 #include "services/core/text_file.hpp"
 #include "services/formats/csv_export.hpp"
 #include "services/formats/hdf5_export.hpp"
+#include "services/formats/xdf_export.hpp"
 #include "services/store/archived_trial.hpp"
 #include "services/store/memory_store.hpp"
 #include "tests/support/made_up_session/made_up_session.hpp"
@@ -187,6 +188,20 @@ TEST_F(Export, OfHdf5ThatFailsLetsTheProgramEnd) {
   EXPECT_EXIT(fail_and_end(), ::testing::ExitedWithCode(7), "");
 }
 
+TEST_F(Export, OfXdfThatFailsNamesTheReasonLeavesNothingAndTheNextOneWorks) {
+  for (const rlim_t bytes : {0U, 100U, 3000U, 800'000U}) {
+    Result<void> failed;
+    {
+      const FileSizeLimit limit(bytes);
+      failed = export_xdf(store_, session_, folder_ / "session.xdf");
+    }
+    ASSERT_FALSE(failed) << bytes;
+    EXPECT_NE(failed.error().message.find("File too large"), std::string::npos) << failed.error().message;
+    EXPECT_TRUE(std::filesystem::is_empty(folder_.path())) << bytes;
+  }
+  EXPECT_TRUE(export_xdf(store_, session_, folder_ / "session.xdf"));
+}
+
 TEST_F(Export, OverwritesNothing) {
   std::ofstream(folder_ / "there") << "mine";
   const auto csv = export_csv(store_, session_, folder_ / "there");
@@ -195,6 +210,9 @@ TEST_F(Export, OverwritesNothing) {
   const auto hdf5 = export_hdf5(store_, session_, folder_ / "there");
   ASSERT_FALSE(hdf5);
   EXPECT_EQ(hdf5.error().code, ErrorCode::kAlreadyExists);
+  const auto xdf = export_xdf(store_, session_, folder_ / "there");
+  ASSERT_FALSE(xdf);
+  EXPECT_EQ(xdf.error().code, ErrorCode::kAlreadyExists);
 }
 
 }  // namespace
