@@ -10,6 +10,7 @@
 #include "rig_agent/agent/agent.hpp"
 #include "rig_agent/agent/calibrate_command.hpp"
 #include "rig_agent/agent/emergency_signal.hpp"
+#include "rig_agent/agent/hold_reason.hpp"
 #include "rig_agent/agent/loop_report.hpp"
 #include "rig_agent/agent/loop_thread.hpp"
 #include "rig_agent/agent/rig.hpp"
@@ -179,7 +180,8 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
     TONUS_TRY(health->check_alone());
     if (const std::string problem = watchdog ? watchdog->problem() : ""; !problem.empty())
       agent.hold(problem, true);
-    if (const std::string doubled = health->other(); !doubled.empty()) agent.hold(doubled, true);
+    if (const std::string doubled = health->other(); !doubled.empty())
+      agent.hold(std::string(rig::phrase_of(rig::HoldReason::kSecondAgent)) + ": " + doubled, true);
     const auto due = std::min(agent.step(), report->step());
     const std::string why = agent.why_not_ready();
     health->set_state(why.empty(), state_line(why.empty() ? agent.activity() : why, loop_thread.refusal()));

@@ -32,6 +32,7 @@ int main(int argc, char** argv) {
   cli::add_recover_command(app, chosen);
   cli::add_backup_commands(app, chosen);
   cli::add_config_command(app, chosen);
+  cli::add_explain_command(app, chosen);
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   if (!chosen) {
     std::fprintf(stderr, "tonus: command is missing; tonus --help lists them\n");
