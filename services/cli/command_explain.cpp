@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/cli/commands.hpp"
+#include "services/cli/key_documents.hpp"
 #include "services/core/json_text.hpp"
 #include "services/explain/explanation.hpp"
 #include "services/runtime/options.hpp"
@@ -51,14 +52,18 @@ std::vector<explain::Found> everything() {
 }
 
 Result<void> explain_reason(const ExplainOptions& options) {
-  if (options.page == "reasons") {
-    std::fputs(explain::reasons_page().c_str(), stdout);
+  if (!options.page.empty()) {
+    std::fputs((options.page == "reasons" ? explain::reasons_page() : keys_page()).c_str(), stdout);
     return {};
   }
   std::string words;
   for (const auto& word : options.words) words += (words.empty() ? "" : " ") + word;
   if (words.empty() && !options.is_json) {
     std::fputs(list().c_str(), stdout);
+    return {};
+  }
+  if (const std::string keys = explained_keys(words); !keys.empty() && !options.is_json) {
+    std::fputs(keys.c_str(), stdout);
     return {};
   }
   auto found = words.empty() ? Result<std::vector<explain::Found>>(everything()) : explain::find(words);
@@ -77,15 +82,16 @@ Result<void> explain_reason(const ExplainOptions& options) {
 }  // namespace
 
 void add_explain_command(CLI::App& app, Command& chosen) {
-  auto* command = app.add_subcommand(
-      "explain",
-      "Says what a reason means, where it comes from and what to do; alone, it lists all reasons.");
+  auto* command = app.add_subcommand("explain",
+                                     "Says what a reason means, where it comes from and what to do, or what "
+                                     "a key of a file is; alone, it lists all reasons.");
   auto options = std::make_shared<ExplainOptions>();
-  command->add_option("reason", options->words,
-                      "of a verdict, an estimate, a fault or a hold, or the rig's line for its hold");
+  command->add_option(
+      "reason", options->words,
+      "of a verdict, an estimate, a fault or a hold, the rig's line for its hold, or a key of a file");
   command->add_flag("--json", options->is_json, "for programs");
   command->add_option("--page", options->page, "print a page of the manual, in Markdown")
-      ->check(CLI::IsMember({"reasons"}))
+      ->check(CLI::IsMember({"reasons", "keys"}))
       ->group("");
   command->callback([options, &chosen] {
     chosen = [options] {

@@ -278,6 +278,13 @@ Result<Profile> read_profile(const toml::table& table, const std::string& source
   return profile;
 }
 
+std::vector<config::Key> profile_keys() {
+  return config::keys_of([](const CheckedTable& root, config::Findings&) {
+    Profile profile;
+    read(root, profile);
+  });
+}
+
 Result<Profile> parse_profile(std::string_view text, std::string_view source) {
   const std::string name(source);
   TONUS_TRY_ASSIGN(const toml::table table, config::parse_toml(text, name));
