@@ -9,6 +9,7 @@
 #include "idl/topics.hpp"
 #include "rig_agent/agent/agent.hpp"
 #include "rig_agent/agent/calibrate_command.hpp"
+#include "rig_agent/agent/check_driver_command.hpp"
 #include "rig_agent/agent/emergency_signal.hpp"
 #include "rig_agent/agent/hold_reason.hpp"
 #include "rig_agent/agent/loop_report.hpp"
@@ -216,7 +217,12 @@ int main(int argc, char** argv) {
   rig::CalibrateOptions calibration;
   rig::CalibrationStep calibration_step;
   rig::add_calibrate_command(app, calibration, calibration_step);
+  rig::CheckDriverOptions driver_check;
+  rig::add_check_driver_command(app, driver_check);
+  runtime::set_example(app, "tonus-rig-agent --driver simulated --profile deploy/profiles/default.toml");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
+  if (!driver_check.file.empty())
+    return runtime::report(std::string(kProgram) + " check-driver", rig::check_driver(driver_check));
   runtime::start_log(kProgram, common);
   const auto outcome = calibration_step ? calibrate(common, rig_options, calibration, calibration_step)
                                         : run(common, rig_options);

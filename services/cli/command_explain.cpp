@@ -5,6 +5,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/cli/commands.hpp"
+#include "services/cli/formats_page.hpp"
 #include "services/cli/key_documents.hpp"
 #include "services/core/json_text.hpp"
 #include "services/explain/explanation.hpp"
@@ -51,9 +52,15 @@ std::vector<explain::Found> everything() {
   return all;
 }
 
+Result<std::string> page_of(const std::string& name) {
+  if (name == "formats") return formats_page();
+  return name == "keys" ? keys_page() : explain::reasons_page();
+}
+
 Result<void> explain_reason(const ExplainOptions& options) {
   if (!options.page.empty()) {
-    std::fputs((options.page == "reasons" ? explain::reasons_page() : keys_page()).c_str(), stdout);
+    TONUS_TRY_ASSIGN(const auto text, page_of(options.page));
+    std::fputs(text.c_str(), stdout);
     return {};
   }
   std::string words;
@@ -91,7 +98,7 @@ void add_explain_command(CLI::App& app, Command& chosen) {
       "of a verdict, an estimate, a fault or a hold, the rig's line for its hold, or a key of a file");
   command->add_flag("--json", options->is_json, "for programs");
   command->add_option("--page", options->page, "print a page of the manual, in Markdown")
-      ->check(CLI::IsMember({"reasons", "keys"}))
+      ->check(CLI::IsMember({"reasons", "keys", "formats"}))
       ->group("");
   command->callback([options, &chosen] {
     chosen = [options] {
