@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   identification::CommandLine command_line;
   runtime::add_common_options(app, common);
   command_line.add_to(app);
+  runtime::set_example(app, "tonus-identification --method state_variable");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(program, common);
 

@@ -6,6 +6,7 @@
 #include <utility>
 
 #include "rig_agent/agent/agent.hpp"
+#include "rig_agent/agent/hold_reason.hpp"
 #include "rig_agent/control/fault_text.hpp"
 #include "services/runtime/drain.hpp"
 
@@ -152,7 +153,7 @@ bool Agent::is_emergency_stopped() const {
 void Agent::watch_hold() {
   const control::FaultBits faults = loop_.state().faults & ~control::bit(control::Fault::kHeld);
   const control::FaultBits news = faults & ~noted_faults_;
-  if (news != 0) latch("fault: " + control::fault_text(news), is_emergency_stopped());
+  if (news != 0) latch(phrase_of(HoldReason::kFault) + control::fault_text(news), is_emergency_stopped());
   noted_faults_ = faults;
   const bool may_clear = options_.resumes_unattended && latch_.is_held() && !latch_.needs_operator();
   if (!may_clear || running_ || clock_.now() < unattended_due_) return;
@@ -177,7 +178,7 @@ void Agent::watch_cycles() {
   (void)driver_.disable();
   if (stands_still_) return;
   stands_still_ = true;
-  hold("the loop stands still: the driver does not return", false);
+  hold(phrase_of(HoldReason::kLoopStandsStill), false);
 }
 
 void Agent::watch_lease() {

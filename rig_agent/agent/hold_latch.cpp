@@ -12,6 +12,7 @@
 #include <unistd.h>
 #include <utility>
 
+#include "rig_agent/agent/hold_reason.hpp"
 #include "services/core/crc32c.hpp"
 
 namespace tonus::rig {
@@ -71,7 +72,7 @@ void HoldLatch::load() {
   const auto second = read_slot(file_.get(), kSlotDistance);
   if (!first && !second) {
     number_ = 1;
-    because_ = path_.string() + " cannot be read: whether the rig was held is not known";
+    because_ = path_.string() + " cannot be read: " + phrase_of(HoldReason::kLatchUnreadable);
     needs_operator_ = true;
     return;
   }
@@ -83,7 +84,7 @@ void HoldLatch::load() {
   is_powered_ = newest.is_powered != 0;
   if (!is_powered_) return;
   is_powered_ = false;
-  (void)hold("the rig agent ended while the rig was under power", false);  // held in memory in any case
+  (void)hold(phrase_of(HoldReason::kEndedUnderPower), false);  // held in memory in any case
 }
 
 Result<void> HoldLatch::hold(const std::string& because, bool needs_operator) {

@@ -9,7 +9,9 @@
 #include "idl/topics.hpp"
 #include "rig_agent/agent/agent.hpp"
 #include "rig_agent/agent/calibrate_command.hpp"
+#include "rig_agent/agent/check_driver_command.hpp"
 #include "rig_agent/agent/emergency_signal.hpp"
+#include "rig_agent/agent/hold_reason.hpp"
 #include "rig_agent/agent/loop_report.hpp"
 #include "rig_agent/agent/loop_thread.hpp"
 #include "rig_agent/agent/rig.hpp"
@@ -180,7 +182,8 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
     TONUS_TRY(health->check_alone());
     if (const std::string problem = watchdog ? watchdog->problem() : ""; !problem.empty())
       agent.hold(problem, true);
-    if (const std::string doubled = health->other(); !doubled.empty()) agent.hold(doubled, true);
+    if (const std::string doubled = health->other(); !doubled.empty())
+      agent.hold(std::string(rig::phrase_of(rig::HoldReason::kSecondAgent)) + ": " + doubled, true);
     const auto due = std::min(agent.step(), report->step());
     const std::string why = agent.why_not_ready();
     health->set_state(why.empty(), state_line(why.empty() ? agent.activity() : why, loop_thread.refusal()));
@@ -216,7 +219,12 @@ int main(int argc, char** argv) {
   rig::CalibrateOptions calibration;
   rig::CalibrationStep calibration_step;
   rig::add_calibrate_command(app, calibration, calibration_step);
+  rig::CheckDriverOptions driver_check;
+  rig::add_check_driver_command(app, driver_check);
+  runtime::set_example(app, "tonus-rig-agent --driver simulated --profile deploy/profiles/default.toml");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
+  if (!driver_check.file.empty())
+    return runtime::report(std::string(kProgram) + " check-driver", rig::check_driver(driver_check));
   runtime::start_log(kProgram, common);
   const auto outcome = calibration_step ? calibrate(common, rig_options, calibration, calibration_step)
                                         : run(common, rig_options);

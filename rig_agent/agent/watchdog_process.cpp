@@ -14,6 +14,7 @@
 #include <unistd.h>
 #include <vector>
 
+#include "rig_agent/agent/hold_reason.hpp"
 #include "services/core/file_descriptor.hpp"
 #include "services/core/installation.hpp"
 
@@ -90,13 +91,13 @@ WatchdogProcess::~WatchdogProcess() {
 std::string WatchdogProcess::problem() {
   int status = 0;
   if (process_ > 0 && waitpid(process_, &status, WNOHANG) == process_) process_ = 0;
-  if (process_ == 0) return "the watchdog has ended";
+  if (process_ == 0) return phrase_of(HoldReason::kWatchdogEnded);
   const std::uint64_t looks = pulse_->looks.load(std::memory_order_relaxed);
   if (looks != looks_) {
     looks_ = looks;
     looked_at_ = clock_.now();
   }
-  return clock_.now() - looked_at_ > kLongestWithoutALook ? "the watchdog stands still" : "";
+  return clock_.now() - looked_at_ > kLongestWithoutALook ? phrase_of(HoldReason::kWatchdogStandsStill) : "";
 }
 
 }  // namespace tonus::rig

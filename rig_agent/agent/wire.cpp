@@ -55,6 +55,7 @@ control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t num
   control::TrialProgram program;
   program.number = number;
   program.posture = vector(wire.posture_m());
+  program.instruction = control::InstructionName(wire.instruction().data(), wire.instruction().size());
   program.shoulder = contract::shoulder_of(wire);
   program.wait = wire.wait_s();
   program.bias = vector(wire.bias_N());

@@ -186,7 +186,8 @@ CommandReply RigLoop::carry_out(const Command& command, const CycleInput& input)
         reply.result = CommandResult::kBusy;
       } else {
         trial_.start(command.program, input);
-        driver_.begin_trial({command.program.shoulder, command.program.posture, command.program.segment});
+        driver_.begin_trial({command.program.shoulder, command.program.posture, command.program.segment,
+                             command.program.instruction});
       }
       return reply;
     case CommandKind::kAbort:

@@ -4,6 +4,7 @@
 #include <cstdint>
 
 #include "rig_agent/control/fault.hpp"
+#include "rig_agent/control/instruction_name.hpp"
 #include "rig_agent/control/sample_record.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
@@ -21,6 +22,7 @@ struct TrialProgram {
   Eigen::Vector2d posture = Eigen::Vector2d::Zero();  ///< p_SE, m.
   ShoulderPose shoulder;                              ///< Where the subject sits for this posture.
   std::uint32_t segment = 0;                          ///< Of a recording; see drivers::TrialNotice.
+  InstructionName instruction;                        ///< What the subject is told.
 
   double centring_time = 1.0;         ///< s, minimum-jerk way to the posture.
   double centring_timeout = 10.0;     ///< s, then the outcome is kNotCentred.

@@ -93,6 +93,13 @@ void read(CheckedTable comedi, ComediConfig& config) {
 
 }  // namespace
 
+std::vector<config::Key> comedi_keys() {
+  return config::keys_of([](CheckedTable root, config::Findings&) {
+    ComediConfig config;
+    read(root.table("comedi"), config);
+  });
+}
+
 Result<ComediConfig> parse_comedi_config(std::string_view text, const std::string& source) {
   TONUS_TRY_ASSIGN(const toml::table root, config::parse_toml(text, source));
   config::Findings findings{source, {}, {}};

@@ -6,6 +6,7 @@
 #include <string>
 #include <string_view>
 
+#include "services/config/checked_table.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus::drivers {
@@ -39,6 +40,8 @@ struct ComediConfig {
 
 /// The table [comedi] of a TOML file; rig_agent/drivers/README.md has all keys. Refuses unknown keys, missing
 /// ones and values out of their limits with one line that names the source, the key and what is allowed.
+/// Every key of it, as parse_comedi_config() checks it.
+[[nodiscard]] std::vector<config::Key> comedi_keys();
 [[nodiscard]] Result<ComediConfig> parse_comedi_config(std::string_view text, const std::string& source);
 [[nodiscard]] Result<ComediConfig> load_comedi_config(const std::filesystem::path& file);
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 
+#include "rig_agent/control/instruction_name.hpp"
 #include "services/core/result.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
@@ -39,6 +40,7 @@ struct TrialNotice {
   ShoulderPose shoulder;
   Eigen::Vector2d posture = Eigen::Vector2d::Zero();
   std::uint32_t segment = 0;
+  control::InstructionName instruction{};  ///< What the subject is told; a real one reads it on his page.
 };
 
 /// What kind of device stands behind the interface; constant after configure().

@@ -60,7 +60,7 @@ void Simulated::begin_trial(const TrialNotice& notice) noexcept {
                        notice.shoulder.angle == seat_.shoulder.angle &&
                        notice.shoulder.origin == seat_.shoulder.origin;
   if (!is_same) plant_->seat(notice.shoulder, notice.posture);
-  plant_->begin_trial();
+  plant_->begin_trial(simulation::instruction_named(notice.instruction.c_str()));
   seat_ = notice;
   is_seated_ = true;
 }

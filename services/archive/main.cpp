@@ -154,6 +154,7 @@ int main(int argc, char** argv) {
                  "(0: every sample is stored)")
       ->check(CLI::Range(0, 3600))
       ->capture_default_str();
+  runtime::set_example(app, "tonus-archive --data /var/lib/tonus");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(kProgram, options.common);
   const auto outcome = run(options);

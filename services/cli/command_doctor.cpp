@@ -44,12 +44,13 @@ doctor::ServiceFacts service_facts(const v1::ServiceHealth& health) {
           .warnings = health.warnings()};
 }
 
-/// What the bus tells within the time, or sooner where all that is expected has been heard.
-void listen(const DoctorOptions& options, doctor::Facts& facts) {
+/// What the bus tells within the time, or sooner where all that is expected has been heard. True: Ctrl-C
+/// ended it.
+bool listen(const DoctorOptions& options, doctor::Facts& facts) {
   const auto end = OperatorConnection::join(options.common);
   if (!end) {
     facts.bus_problem = end.error().message;
-    return;
+    return false;
   }
   SessionClient& client = (*end)->client();
   const auto is_complete = [&] {
@@ -64,6 +65,7 @@ void listen(const DoctorOptions& options, doctor::Facts& facts) {
   };
   const auto limit = std::chrono::milliseconds(static_cast<std::int64_t>(1e3 * options.wait_s));
   (void)client.wait_for(is_complete, limit, [&] { return (*end)->is_interrupted(); });
+  if ((*end)->is_interrupted()) return true;
   for (const auto& health : client.roster().present()) facts.services.push_back(service_facts(health));
   facts.unreadable_reports = client.roster().unreadable();
   if (const auto& rig = client.rig()) {
@@ -72,6 +74,7 @@ void listen(const DoctorOptions& options, doctor::Facts& facts) {
                                            .watchdog_s = rig->watchdog_s(),
                                            .limits_off = rig->limits_off()};
   }
+  return false;
 }
 
 void print(const std::vector<doctor::Finding>& findings, bool is_json) {
@@ -98,7 +101,10 @@ int examine(const DoctorOptions& options) {
   facts.is_rig_host = options.role == "rig" || options.role == "all";
   facts.expected_roles = {"rig", "scheduler", "identification", "archive"};
   doctor::find_host_facts(options.common, facts);
-  listen(options, facts);
+  if (listen(options, facts)) {
+    return runtime::report("tonus doctor",
+                           fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText)));
+  }
   const auto findings = doctor::judge(facts);
   print(findings, options.is_json);
   const bool has_problem = std::any_of(findings.begin(), findings.end(), [](const doctor::Finding& finding) {

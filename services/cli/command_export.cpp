@@ -1,6 +1,7 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <filesystem>
+#include <iterator>
 #include <memory>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
@@ -30,6 +31,7 @@ struct ExportOptions {
   std::string session;
   std::string format;
   std::string out;
+  bool is_all = false;  ///< Every session that has samples, as one BIDS dataset.
 };
 
 Result<void> export_bids(store::Store& store, const store::Session& session, const fs::path& out,
@@ -70,6 +72,51 @@ Result<void> export_session(const ExportOptions& options) {
   return {};
 }
 
+/// What BIDS has no place for, of one session among several.
+void keep_beside(const store::Session& session, recording::WriteOptions& options) {
+  const std::string label = "ses-" + to_hex(session.record.session).substr(0, 8);
+  options.further_files.emplace_back("sourcedata/tonus/" + label + "/session.json",
+                                     json_text(session_json(session)) + "\n");
+  options.further_files.emplace_back("code/" + label + "/protocol.toml", session.plan.protocol_toml());
+}
+
+/// One dataset of all sessions: a study, or all that an archive holds. Sessions without samples are named and
+/// left out.
+Result<void> export_all(const ExportOptions& options) {
+  if (options.format != "bids" || !options.session.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                options.session.empty()
+                    ? "--all: --format " + options.format + " is not allowed; expected bids"
+                    : "--all: a session is not allowed beside it: " + options.session);
+  }
+  TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
+  TONUS_TRY_ASSIGN(const auto records, store::list_sessions(*store));
+  recording::WriteOptions writing;
+  writing.software_version = runtime::kVersion;
+  std::vector<recording::Recording> all;
+  std::size_t sessions = 0;
+  ProgressBar bar("sessions");
+  for (const auto& record : records) {
+    bar.show(sessions, records.size(), record.subject);
+    TONUS_TRY_ASSIGN(const auto session, store::read_session(*store, record.session));
+    auto recordings = formats::recordings_of(*store, session);
+    if (!recordings && recordings.error().code != ErrorCode::kNotFound) return recordings.error();
+    if (!recordings) {
+      bar.say("left out: " + shown(recordings.error().message));
+      continue;
+    }
+    ++sessions;
+    keep_beside(session, writing);
+    std::move(recordings->begin(), recordings->end(), std::back_inserter(all));
+  }
+  bar.clear();
+  if (all.empty())
+    return fail(ErrorCode::kNotFound, "store '" + store->name() + "' has no session with samples");
+  TONUS_TRY(recording::write_dataset(options.out, all, writing));
+  std::printf("%zu sessions, %zu recordings: %s\n", sessions, all.size(), shown(options.out).c_str());
+  return {};
+}
+
 }  // namespace
 
 void add_export_command(CLI::App& app, Command& chosen) {
@@ -77,13 +124,14 @@ void add_export_command(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<ExportOptions>();
   command->add_option("session", options->session, "its id or the beginning of it (default: the last one)");
   add_archive_option(*command, options->archive);
+  command->add_flag("--all", options->is_all, "every session of the archive, as one BIDS dataset");
   command->add_option("--format", options->format, "bids or csv (a folder), hdf5 or xdf (a file)")
       ->required()
       ->check(CLI::IsMember({"bids", "csv", "hdf5", "xdf"}));
   command->add_option("--out", options->out, "path that does not exist yet")->required();
   command->callback([options, &chosen] {
     chosen = [options] {
-      const auto outcome = export_session(*options);
+      const auto outcome = options->is_all ? export_all(*options) : export_session(*options);
       return outcome ? 0 : runtime::report("tonus export", outcome.error());
     };
   });

@@ -1,7 +1,10 @@
 #include <CLI/CLI.hpp>
+#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
+#include <sys/mman.h>
+#include <unistd.h>
 
 #include "services/cli/command_dry_run.hpp"
 #include "services/cli/commands.hpp"
@@ -9,6 +12,7 @@
 #include "services/cli/session_run.hpp"
 #include "services/cli/study_run.hpp"
 #include "services/cli/system.hpp"
+#include "services/core/file_descriptor.hpp"
 #include "services/protocol/protocol_file.hpp"
 #include "services/runtime/settings.hpp"
 #include "services/store/open_store.hpp"
@@ -20,13 +24,42 @@ constexpr const char* kStudyProtocol = "deploy/protocols/study.toml";
 constexpr const char* kStudyCohort = "deploy/profiles/cohort.toml";
 
 void add_run_options(CLI::App& command, RunOptions& run) {
-  command.add_option("protocol", run.protocol, "TOML file of the protocol");
+  command.add_option("protocol", run.protocol, "TOML file of the protocol; - is standard input");
   command
       .add_option("--subject", run.subject,
                   "the subject's name; for a study, the subject whose sessions to run")
       ->capture_default_str();
   command.add_option("--seed", run.seed, "of random orders and waits")->capture_default_str();
   command.add_option("--json", run.json, "file for the results");
+}
+
+constexpr const char* kStandardInput = "-";
+constexpr std::size_t kStandardInputMost = 1U << 20;  // far more than a protocol may have
+
+/// A protocol that is "-" becomes what standard input holds: a file without a name, which lives as long as
+/// the descriptor. Any other one is left as it is, and the descriptor is closed.
+Result<FileDescriptor> take_standard_input(RunOptions& run) {
+  if (run.protocol != kStandardInput) return FileDescriptor();
+  FileDescriptor file(memfd_create("protocol", MFD_CLOEXEC));
+  if (!file.is_open()) return fail(ErrorCode::kIo, "standard input: there is no memory for it");
+  std::array<char, 4096> part{};
+  std::size_t size = 0;
+  for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), stdin)) > 0; size += n) {
+    if (size + n > kStandardInputMost || write(file.get(), part.data(), n) != static_cast<ssize_t>(n))
+      return fail(ErrorCode::kInvalidArgument, "standard input: is too long for a protocol");
+  }
+  if (size == 0) return fail(ErrorCode::kInvalidArgument, "standard input: is empty; expected a protocol");
+  run.protocol = "/proc/self/fd/" + std::to_string(file.get());
+  return file;
+}
+
+/// The message with "standard input" where the file without a name stands.
+Error told(Error error, const RunOptions& run, const FileDescriptor& standard_input) {
+  if (!standard_input.is_open()) return error;
+  for (auto at = error.message.find(run.protocol); at != std::string::npos;
+       at = error.message.find(run.protocol))
+    error.message.replace(at, run.protocol.size(), "standard input");
+  return error;
 }
 
 Result<void> check(const RunOptions& run) {
@@ -166,8 +199,10 @@ void add_run_command(CLI::App& app, Command& chosen) {
     chosen = [common, run] {
       runtime::start_log("tonus run", *common);
       run->detaches = true;
+      const auto standard_input = take_standard_input(*run);
+      if (!standard_input) return runtime::report("tonus run", standard_input.error());
       const auto outcome = run->attaches ? attach(*common, *run) : run_here(*common, *run);
-      return outcome ? 0 : runtime::report("tonus run", outcome.error());
+      return outcome ? 0 : runtime::report("tonus run", told(outcome.error(), *run, *standard_input));
     };
   });
 }
@@ -193,8 +228,10 @@ void add_demo_command(CLI::App& app, Command& chosen) {
       runtime::start_log("tonus demo", system->common);
       if (*is_study && run->protocol.empty()) run->protocol = kStudyProtocol;
       if (*is_study && cohort->empty()) *cohort = kStudyCohort;
+      const auto standard_input = take_standard_input(*run);
+      if (!standard_input) return runtime::report("tonus demo", standard_input.error());
       const auto outcome = demo(*system, *run, *cohort);
-      return outcome ? 0 : runtime::report("tonus demo", outcome.error());
+      return outcome ? 0 : runtime::report("tonus demo", told(outcome.error(), *run, *standard_input));
     };
   });
 }

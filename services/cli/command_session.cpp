@@ -1,22 +1,79 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <nlohmann/json.hpp>
+#include <optional>
 #include <spdlog/fmt/fmt.h>
+#include <vector>
 
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_connection.hpp"
 #include "services/contract/names.hpp"
+#include "services/core/json_text.hpp"
 #include "services/core/name.hpp"
 #include "services/runtime/rig_stop.hpp"
 
 namespace tonus::cli {
 namespace {
 
+constexpr const char* kNotUp =
+    "`tonus up` starts the services of this machine, `tonus doctor` says what is missing";
 constexpr std::chrono::seconds kLook{2};
 constexpr std::chrono::seconds kReplyLimit{30};
 constexpr std::chrono::seconds kStopLimit{5};
 
-Result<void> status(const runtime::CommonOptions& common) {
+Error interrupted() { return fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText)); }
+
+using Present = std::vector<v1::ServiceHealth>;
+using State = std::optional<v1::SessionState>;
+
+void print_status(const Present& present, const State& session, const std::string& held) {
+  for (const auto& health : present) {
+    std::printf("%-15s %-10s %-9s %s%s\n", runtime::role_name(health.role()), health.name().c_str(),
+                health.is_ready() ? "ready" : "not ready", health.state().c_str(),
+                health.dropped() > 0 ? fmt::format(", {} dropped", health.dropped()).c_str() : "");
+    if (const std::string differs = runtime::difference(health); !differs.empty())
+      std::printf("%-15s warning: %s\n", "", differs.c_str());
+    for (const auto& warning : health.warnings()) std::printf("%-15s warning: %s\n", "", warning.c_str());
+  }
+  if (session) {
+    std::printf("session %s: %s, %u of %u trials, %u rejected", to_hex(session->session_id()).c_str(),
+                phase_name(session->phase()), session->counted(), session->planned(), session->rejected());
+    if (!session->waiting_for().empty()) std::printf(", waiting for: %s", session->waiting_for().c_str());
+    std::printf(", %.0f s of experiment remain\n", session->remaining_s());
+  } else {
+    std::printf("no session\n");
+  }
+  if (!held.empty()) std::printf("%s\n", held.c_str());
+}
+
+/// The same for programs. No session: null.
+nlohmann::json status_json(const Present& present, const State& session, const std::string& held) {
+  nlohmann::json json{
+      {"schema", 1}, {"services", nlohmann::json::array()}, {"session", nullptr}, {"held", held}};
+  for (const auto& health : present) {
+    json["services"].push_back({{"role", runtime::role_name(health.role())},
+                                {"name", health.name()},
+                                {"host", health.host()},
+                                {"is_ready", health.is_ready()},
+                                {"state", health.state()},
+                                {"dropped", health.dropped()},
+                                {"difference", runtime::difference(health)},
+                                {"warnings", health.warnings()}});
+  }
+  if (session) {
+    json["session"] = {{"session", to_hex(session->session_id())},
+                       {"phase", phase_name(session->phase())},
+                       {"counted", session->counted()},
+                       {"planned", session->planned()},
+                       {"rejected", session->rejected()},
+                       {"waiting_for", session->waiting_for()},
+                       {"remaining_s", session->remaining_s()}};
+  }
+  return json;
+}
+
+Result<void> status(const runtime::CommonOptions& common, bool is_json) {
   auto end = OperatorConnection::join(common);
   if (!end) return end.error();
   SessionClient& client = (*end)->client();
@@ -27,29 +84,18 @@ Result<void> status(const runtime::CommonOptions& common) {
            client.newest_state();
   };
   (void)client.wait_for(is_known, kLook, [&] { return (*end)->is_interrupted(); });
+  if ((*end)->is_interrupted()) return interrupted();
 
   const auto present = client.roster().present();
   if (present.empty()) {
-    return fail(ErrorCode::kUnavailable, fmt::format("no service was heard of in domain {} within {} s",
-                                                     common.domain, kLook.count()));
+    return fail(ErrorCode::kUnavailable, fmt::format("no service was heard of in domain {} within {} s; {}",
+                                                     common.domain, kLook.count(), kNotUp));
   }
-  for (const auto& health : present) {
-    std::printf("%-15s %-10s %-9s %s%s\n", runtime::role_name(health.role()), health.name().c_str(),
-                health.is_ready() ? "ready" : "not ready", health.state().c_str(),
-                health.dropped() > 0 ? fmt::format(", {} dropped", health.dropped()).c_str() : "");
-    if (const std::string differs = runtime::difference(health); !differs.empty())
-      std::printf("%-15s warning: %s\n", "", differs.c_str());
-    for (const auto& warning : health.warnings()) std::printf("%-15s warning: %s\n", "", warning.c_str());
-  }
-  if (const auto& session = client.newest_state()) {
-    std::printf("session %s: %s, %u of %u trials, %u rejected", to_hex(session->session_id()).c_str(),
-                phase_name(session->phase()), session->counted(), session->planned(), session->rejected());
-    if (!session->waiting_for().empty()) std::printf(", waiting for: %s", session->waiting_for().c_str());
-    std::printf(", %.0f s of experiment remain\n", session->remaining_s());
+  if (is_json) {
+    std::printf("%s\n", json_text(status_json(present, client.newest_state(), (*end)->held())).c_str());
   } else {
-    std::printf("no session\n");
+    print_status(present, client.newest_state(), (*end)->held());
   }
-  if (const std::string held = (*end)->held(); !held.empty()) std::printf("%s\n", held.c_str());
   return {};
 }
 
@@ -71,9 +117,11 @@ Result<void> clear_fault(const runtime::CommonOptions& common) {
   TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
   SessionClient& client = end->client();
   const Id rig = rig_id(common.rig);
-  if (!client.wait_for([&] { return client.rig_state(rig).has_value(); }, kLook)) {
+  const auto is_interrupted = [&end] { return end->is_interrupted(); };
+  if (!client.wait_for([&] { return client.rig_state(rig).has_value(); }, kLook, is_interrupted)) {
+    if (is_interrupted()) return interrupted();
     return fail(ErrorCode::kNotFound,
-                fmt::format("there is no rig '{}' in domain {}", common.rig, common.domain));
+                fmt::format("there is no rig '{}' in domain {}; {}", common.rig, common.domain, kNotUp));
   }
   const v1::RigState state = *client.rig_state(rig);
   if (state.mode() != v1::RIG_HELD) {
@@ -96,8 +144,12 @@ Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest requ
   SessionClient& client = (*end)->client();
   // What has ended is heard of, too, and maybe first.
   const auto goes_on = [&] { return client.newest_state() && !v1::is_over(client.newest_state()->phase()); };
-  if (!client.wait_for(goes_on, kLook) && !client.newest_state()) {
-    return fail(ErrorCode::kNotFound, fmt::format("there is no session in domain {}", common.domain));
+  const bool is_heard = client.wait_for(goes_on, kLook, [&] { return (*end)->is_interrupted(); }).has_value();
+  if ((*end)->is_interrupted()) return interrupted();
+  if (!is_heard && !client.newest_state()) {
+    return fail(ErrorCode::kNotFound,
+                fmt::format("there is no session in domain {}; {}", common.domain,
+                            client.roster().present().empty() ? kNotUp : "`tonus run PROTOCOL` starts one"));
   }
   v1::SessionCommand command;
   command.session_id(client.newest_state()->session_id());
@@ -108,8 +160,8 @@ Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest requ
   return {};
 }
 
-void add(CLI::App& app, Command& chosen, const std::string& name, const std::string& what,
-         std::function<Result<void>(const runtime::CommonOptions&)> act) {
+CLI::App* add(CLI::App& app, Command& chosen, const std::string& name, const std::string& what,
+              std::function<Result<void>(const runtime::CommonOptions&)> act) {
   auto* command = app.add_subcommand(name, what);
   auto common = std::make_shared<runtime::CommonOptions>();
   runtime::add_common_options(*command, *common);
@@ -120,12 +172,16 @@ void add(CLI::App& app, Command& chosen, const std::string& name, const std::str
       return outcome ? 0 : runtime::report("tonus " + name, outcome.error());
     };
   });
+  return command;
 }
 
 }  // namespace
 
 void add_status_command(CLI::App& app, Command& chosen) {
-  add(app, chosen, "status", "Shows the services and the session.", status);
+  auto is_json = std::make_shared<bool>(false);
+  auto* command = add(app, chosen, "status", "Shows the services and the session.",
+                      [is_json](const runtime::CommonOptions& common) { return status(common, *is_json); });
+  command->add_flag("--json", *is_json, "for programs");
 }
 
 void add_steering_commands(CLI::App& app, Command& chosen) {

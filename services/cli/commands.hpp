@@ -14,6 +14,7 @@ using Command = std::function<int()>;
 
 void add_up_command(CLI::App& app, Command& chosen);
 void add_config_command(CLI::App& app, Command& chosen);
+void add_explain_command(CLI::App& app, Command& chosen);
 void add_run_command(CLI::App& app, Command& chosen);
 void add_demo_command(CLI::App& app, Command& chosen);
 void add_discovery_server_command(CLI::App& app, Command& chosen);

@@ -3,8 +3,10 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 
+#include "services/cli/command_examples.hpp"
 #include "services/cli/commands.hpp"
 #include "services/runtime/options.hpp"
+#include "services/runtime/usage.hpp"
 #include "services/runtime/version.hpp"
 
 int main(int argc, char** argv) {
@@ -33,6 +35,9 @@ int main(int argc, char** argv) {
   cli::add_recover_command(app, chosen);
   cli::add_backup_commands(app, chosen);
   cli::add_config_command(app, chosen);
+  cli::add_explain_command(app, chosen);
+  cli::add_examples(app);
+  runtime::end_when_interrupted("tonus");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   if (!chosen) {
     std::fprintf(stderr, "tonus: command is missing; tonus --help lists them\n");

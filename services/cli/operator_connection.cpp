@@ -46,7 +46,7 @@ Result<void> OperatorConnection::wait_for_roster(const std::function<Result<void
   const auto is_complete = [this] { return client_->roster().missing(kNeeded).empty(); };
   while (
       !client_->wait_for(is_complete, std::chrono::milliseconds(100), [this] { return is_interrupted(); })) {
-    if (is_interrupted()) return fail(ErrorCode::kUnavailable, "interrupted");
+    if (is_interrupted()) return fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText));
     if (is_complete_but_for_the_hold()) return fail(ErrorCode::kUnavailable, held());
     if (tick) {
       if (auto ticked = tick(); !ticked) return ticked;

@@ -1,6 +1,7 @@
 #include "services/cli/progress_bar.hpp"
 
 #include <cstdio>
+#include <spdlog/spdlog.h>
 #include <unistd.h>
 #include <utility>
 
@@ -17,6 +18,7 @@ ProgressBar::ProgressBar(std::string title)
 ProgressBar::~ProgressBar() { clear(); }
 
 void ProgressBar::show(std::uint64_t done, std::uint64_t total, const std::string& remark) {
+  if (!spdlog::should_log(spdlog::level::info)) return;  // --quiet
   const std::uint64_t whole = total == 0 ? 1 : total;
   if (!is_terminal_) {
     const std::uint64_t tenth = done * 10 / whole;

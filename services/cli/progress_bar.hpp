@@ -6,7 +6,8 @@
 namespace tonus::cli {
 
 /// One line on standard error that is drawn over and over: share done, counts, and a remark. Not drawn where
-/// standard error is no terminal; there, a line for every tenth of the work.
+/// standard error is no terminal; there, a line for every tenth of the work. Not shown at all where the log
+/// has warnings or errors only (--quiet).
 class ProgressBar {
  public:
   explicit ProgressBar(std::string title);

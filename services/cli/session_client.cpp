@@ -9,6 +9,7 @@
 #include "idl/topics.hpp"
 #include "services/contract/names.hpp"
 #include "services/runtime/drain.hpp"
+#include "services/runtime/options.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -93,7 +94,8 @@ Result<void> SessionClient::wait_for(const std::function<bool()>& done, std::chr
   while (true) {
     update();
     if (done()) return {};
-    if (interrupted && interrupted()) return fail(ErrorCode::kUnavailable, "interrupted");
+    if (interrupted && interrupted())
+      return fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText));
     if (clock_->now() >= deadline) {
       return fail(ErrorCode::kTimeout,
                   fmt::format("nothing after {:.1f} s", std::chrono::duration<double>(limit).count()));

@@ -44,7 +44,8 @@ Result<Truth> truth_of(const std::optional<v1::RigDescription>& rig, const std::
   }
   return Truth{
       [subject = profile.subject](const v1::Estimate& e) -> std::optional<simulation::CartesianImpedance> {
-        return simulation::true_impedance(subject, {e.posture_m()[0], e.posture_m()[1]});
+        return simulation::true_impedance(subject, {e.posture_m()[0], e.posture_m()[1]},
+                                          simulation::instruction_named(e.instruction()));
       }};
 }
 

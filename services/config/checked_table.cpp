@@ -44,6 +44,14 @@ bool is_count(const toml::node& node, std::uint64_t low, std::uint64_t high) {
          static_cast<std::uint64_t>(integer->get()) <= high;
 }
 
+std::optional<std::string> preset_of(const auto& fallback) {
+  return fallback ? std::optional(fmt::format("{}", *fallback)) : std::nullopt;
+}
+
+std::optional<std::string> quoted(const std::optional<std::string>& fallback) {
+  return fallback ? std::optional(fmt::format("\"{}\"", *fallback)) : std::nullopt;
+}
+
 std::string choice_text(const std::vector<std::string>& allowed) {
   return fmt::format("one of {}", fmt::join(allowed, ", "));
 }
@@ -63,6 +71,7 @@ void Findings::refuse(const std::string& name, const std::string& value, const s
 
 bool CheckedTable::has(std::string_view key) {
   asked_.emplace(key);
+  if (findings_.keys != nullptr) return looked_for_.emplace(key), true;
   return table_.contains(key);
 }
 
@@ -75,19 +84,32 @@ int CheckedTable::line_of(const toml::node& node) const {
   return line > 0 ? static_cast<int>(line) : line_;
 }
 
-const toml::node* CheckedTable::find(std::string_view key, bool may_be_missing, const std::string& expected) {
+const toml::node* CheckedTable::find(std::string_view key, const std::optional<std::string>& preset,
+                                     const std::string& expected) {
   asked_.emplace(key);
+  if (findings_.keys != nullptr) {
+    const bool may_be_absent = preset || looked_for_.contains(key);
+    note({name_of(key), expected, looked_for_.contains(key) ? "none" : preset.value_or(""), !may_be_absent});
+    return nullptr;
+  }
   const toml::node* node = table_.get(key);
   if (node != nullptr) {
     if (const int line = line_of(*node); line > 0) findings_.lines[name_of(key)] = line;
-  } else if (!may_be_missing) {
+  } else if (!preset) {
     findings_.report(line_, fmt::format("{} is missing; expected {}", name_of(key), expected));
   }
   return node;
 }
 
+void CheckedTable::note(Key key) {
+  const auto is_same = [&](const Key& known) { return known.name == key.name; };
+  if (std::none_of(findings_.keys->begin(), findings_.keys->end(), is_same))
+    findings_.keys->push_back(std::move(key));
+}
+
 void CheckedTable::refuse(std::string_view key, const std::string& expected) {
-  if (const toml::node* node = find(key, false, expected))
+  if (findings_.keys != nullptr) return;
+  if (const toml::node* node = find(key, {}, expected))
     findings_.refuse(name_of(key), printed(*node), expected);
 }
 
@@ -99,7 +121,7 @@ std::optional<double> CheckedTable::number_in(const toml::node& node, Limits lim
 }
 
 double CheckedTable::number(std::string_view key, Limits limits, std::optional<double> fallback) {
-  const toml::node* node = find(key, fallback.has_value(), range_text(limits));
+  const toml::node* node = find(key, preset_of(fallback), range_text(limits));
   if (node == nullptr) return fallback.value_or(limits.low);
   const auto value = number_in(*node, limits);
   if (!value) refuse(key, range_text(limits));
@@ -108,7 +130,7 @@ double CheckedTable::number(std::string_view key, Limits limits, std::optional<d
 
 int CheckedTable::whole(std::string_view key, int low, int high, std::optional<int> fallback) {
   const std::string allowed = fmt::format("a whole number, {} to {}", low, high);
-  const toml::node* node = find(key, fallback.has_value(), allowed);
+  const toml::node* node = find(key, preset_of(fallback), allowed);
   if (node == nullptr) return fallback.value_or(low);
   const auto* integer = node->as_integer();
   if (integer != nullptr && integer->get() >= low && integer->get() <= high)
@@ -119,7 +141,7 @@ int CheckedTable::whole(std::string_view key, int low, int high, std::optional<i
 
 std::uint64_t CheckedTable::seed(std::string_view key, std::uint64_t fallback) {
   const std::string allowed = "a whole number, 0 or more";
-  const toml::node* node = find(key, true, allowed);
+  const toml::node* node = find(key, fmt::format("{}", fallback), allowed);
   if (node == nullptr) return fallback;
   const auto* integer = node->as_integer();
   if (integer != nullptr && integer->get() >= 0) return static_cast<std::uint64_t>(integer->get());
@@ -128,7 +150,7 @@ std::uint64_t CheckedTable::seed(std::string_view key, std::uint64_t fallback) {
 }
 
 void CheckedTable::flag(std::string_view key, bool& target) {
-  const toml::node* node = find(key, true, "");
+  const toml::node* node = find(key, target ? "true" : "false", "true or false");
   if (node == nullptr) return;
   const auto* boolean = node->as_boolean();
   if (boolean == nullptr) return refuse(key, "true or false");
@@ -138,7 +160,7 @@ void CheckedTable::flag(std::string_view key, bool& target) {
 std::string CheckedTable::text(std::string_view key, std::size_t least, std::size_t most,
                                std::optional<std::string> fallback) {
   const std::string allowed = fmt::format("text of {} to {} characters", least, most);
-  const toml::node* node = find(key, fallback.has_value(), allowed);
+  const toml::node* node = find(key, quoted(fallback), allowed);
   if (node == nullptr) return fallback.value_or("");
   const auto* text = node->as_string();
   if (text != nullptr && text->get().size() >= least && text->get().size() <= most &&
@@ -151,7 +173,7 @@ std::string CheckedTable::text(std::string_view key, std::size_t least, std::siz
 
 std::string CheckedTable::one_of(std::string_view key, const std::vector<std::string>& allowed,
                                  std::optional<std::string> fallback) {
-  const toml::node* node = find(key, fallback.has_value(), choice_text(allowed));
+  const toml::node* node = find(key, quoted(fallback), choice_text(allowed));
   if (node == nullptr) return fallback.value_or("");
   const auto* text = node->as_string();
   if (text != nullptr && std::find(allowed.begin(), allowed.end(), text->get()) != allowed.end())
@@ -163,7 +185,7 @@ std::string CheckedTable::one_of(std::string_view key, const std::vector<std::st
 Span CheckedTable::span(std::string_view key, Limits limits) {
   const std::string allowed =
       fmt::format("[low, high] with low <= high, or one number, {}", range_text(limits));
-  const toml::node* node = find(key, false, allowed);
+  const toml::node* node = find(key, {}, allowed);
   if (node == nullptr) return {limits.low, limits.low};
   if (const auto single = number_in(*node, limits)) return {*single, *single};
   if (const auto* pair = node->as_array(); pair != nullptr && pair->size() == 2) {
@@ -178,7 +200,9 @@ Span CheckedTable::span(std::string_view key, Limits limits) {
 Eigen::Vector2d CheckedTable::vector(std::string_view key, Limits limits,
                                      std::optional<Eigen::Vector2d> fallback) {
   const std::string allowed = fmt::format("[x, y], each {}", range_text(limits));
-  const toml::node* node = find(key, fallback.has_value(), allowed);
+  const auto preset =
+      fallback ? std::optional(fmt::format("[{}, {}]", fallback->x(), fallback->y())) : std::nullopt;
+  const toml::node* node = find(key, preset, allowed);
   const Eigen::Vector2d zero = Eigen::Vector2d::Zero();
   if (node == nullptr) return fallback.value_or(zero);
   if (const auto* pair = node->as_array(); pair != nullptr && pair->size() == 2) {
@@ -192,7 +216,7 @@ Eigen::Vector2d CheckedTable::vector(std::string_view key, Limits limits,
 
 std::vector<std::string> CheckedTable::texts(std::string_view key, const std::vector<std::string>& allowed) {
   const std::string allowed_text = fmt::format("a list, each {}", choice_text(allowed));
-  const toml::node* node = find(key, false, allowed_text);
+  const toml::node* node = find(key, {}, allowed_text);
   std::vector<std::string> items;
   if (node == nullptr) return items;
   const auto* array = node->as_array();
@@ -216,16 +240,19 @@ void CheckedTable::pair(std::string_view key, Eigen::Vector2d& target, double lo
 }
 
 void CheckedTable::count(std::string_view key, std::uint64_t& target, std::uint64_t low, std::uint64_t high) {
-  const toml::node* node = find(key, true, "");
+  const std::string expected = fmt::format("a whole number, {} to {}", low, high);
+  const toml::node* node = find(key, fmt::format("{}", target), expected);
   if (node == nullptr) return;
-  if (!is_count(*node, low, high)) return refuse(key, fmt::format("a whole number, {} to {}", low, high));
+  if (!is_count(*node, low, high)) return refuse(key, expected);
   target = static_cast<std::uint64_t>(node->as_integer()->get());
 }
 
 void CheckedTable::one_or_two(std::string_view key, std::array<unsigned, 2>& target, unsigned low,
                               unsigned high, bool is_needed) {
   const std::string expected = fmt::format("one or two whole numbers, each {} to {}", low, high);
-  const toml::node* node = find(key, !is_needed, expected);
+  std::optional<std::string> preset;
+  if (!is_needed) preset = fmt::format("[{}, {}]", target[0], target[1]);
+  const toml::node* node = find(key, preset, expected);
   if (node == nullptr) return;
   const toml::array* array = node->as_array();
   if (array != nullptr && array->size() != 2) return refuse(key, expected);
@@ -246,12 +273,12 @@ void CheckedTable::count(std::string_view key, unsigned& target, unsigned low, u
 
 void CheckedTable::counts(std::string_view key, std::vector<std::uint64_t>& target, std::uint64_t low,
                           std::uint64_t high) {
-  const toml::node* node = find(key, true, "");
+  const std::string expected = fmt::format("a list of whole numbers, each {} to {}", low, high);
+  const toml::node* node = find(key, fmt::format("[{}]", fmt::join(target, ", ")), expected);
   if (node == nullptr) return;
   const toml::array* array = node->as_array();
   const auto is_good = [&](const toml::node& element) { return is_count(element, low, high); };
-  if (array == nullptr || !std::all_of(array->begin(), array->end(), is_good))
-    return refuse(key, fmt::format("a list of whole numbers, each {} to {}", low, high));
+  if (array == nullptr || !std::all_of(array->begin(), array->end(), is_good)) return refuse(key, expected);
   target.clear();
   for (const toml::node& element : *array)
     target.push_back(static_cast<std::uint64_t>(element.as_integer()->get()));
@@ -263,8 +290,9 @@ CheckedTable CheckedTable::optional_table(std::string_view key) {
 }
 
 CheckedTable CheckedTable::table(std::string_view key) {
+  if (findings_.keys != nullptr) return {kEmptyTable, name_of(key), line_, findings_};
   const std::string allowed = fmt::format("a table [{}]", name_of(key));
-  const toml::node* node = find(key, false, allowed);
+  const toml::node* node = find(key, {}, allowed);
   if (node == nullptr) return {kEmptyTable, name_of(key), line_, findings_};
   if (const auto* table = node->as_table()) return {*table, name_of(key), line_of(*node), findings_};
   refuse(key, allowed);
@@ -273,8 +301,12 @@ CheckedTable CheckedTable::table(std::string_view key) {
 
 std::vector<CheckedTable> CheckedTable::tables(std::string_view key, std::size_t least, std::size_t most) {
   const std::string allowed = fmt::format("{} to {} tables [[{}]]", least, most, name_of(key));
-  const toml::node* node = find(key, least == 0, allowed);
   std::vector<CheckedTable> all;
+  if (findings_.keys != nullptr) {
+    all.emplace_back(kEmptyTable, name_of(key) + "[]", line_, findings_);
+    return all;
+  }
+  const toml::node* node = find(key, least == 0 ? std::optional<std::string>("none") : std::nullopt, allowed);
   if (node == nullptr) return all;
   const auto* array = node->as_array();
   const bool are_tables =
@@ -300,6 +332,40 @@ void CheckedTable::finish() {
     findings_.report(line > 0 ? static_cast<int>(line) : line_,
                      fmt::format("{}: unknown key; {}", name_of(key.str()), instead_of(key.str(), asked_)));
   }
+}
+
+std::string unit_of(std::string_view key) {
+  static const std::vector<std::pair<std::string_view, const char*>> kUnits{{"_Nms_per_rad", "N m s/rad"},
+                                                                            {"_Nm_per_rad", "N m/rad"},
+                                                                            {"_Nm_per_V", "N m/V"},
+                                                                            {"_N_per_m", "N/m"},
+                                                                            {"_N_per_V", "N/V"},
+                                                                            {"_Ns_per_m", "N s/m"},
+                                                                            {"_rad_per_s", "rad/s"},
+                                                                            {"_m_per_s", "m/s"},
+                                                                            {"_kg_m2", "kg m2"},
+                                                                            {"_per_rev", "1/turn"},
+                                                                            {"_per_s", "1/s"},
+                                                                            {"_per_N", "1/N"},
+                                                                            {"_count", "counts"},
+                                                                            {"_deg", "deg"},
+                                                                            {"_rad", "rad"},
+                                                                            {"_Nm", "N m"},
+                                                                            {"_Hz", "Hz"},
+                                                                            {"_kg", "kg"},
+                                                                            {"_N", "N"},
+                                                                            {"_m", "m"},
+                                                                            {"_s", "s"},
+                                                                            {"_V", "V"},
+                                                                            {"_J", "J"}};
+  while (!key.empty()) {
+    for (const auto& [suffix, unit] : kUnits) {
+      if (key.ends_with(suffix)) return unit;
+    }
+    const auto dot = key.rfind('.');
+    key = dot == std::string_view::npos ? std::string_view() : key.substr(0, dot);
+  }
+  return "";
 }
 
 }  // namespace tonus::config

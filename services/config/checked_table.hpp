@@ -22,11 +22,22 @@ struct Limits {
   const char* unit = "";
 };
 
+/// A key that a reader asks for, as the reader checks it.
+struct Key {
+  std::string name;      ///< From the root: "bias.force_N", "posture[].name".
+  std::string expected;  ///< Type and range as a refusal states them: "0.05 to 20 N".
+  std::string preset;    ///< Default; "none" where it may be absent and has none.
+  bool is_needed = false;
+};
+
 /// What reading a file has found: where each key stands, and the first problem; later ones are not kept.
 struct Findings {
   std::string source;
   std::map<std::string, int> lines;
   std::optional<std::string> problem;
+  /// Where it is not null, nothing is read and no problem counts: every key that the reader asks for is noted
+  /// here, each table as if it existed once (keys_of()).
+  std::vector<Key>* keys = nullptr;
 
   /// "source:line: text"; without the line where it is 0.
   void report(int line, const std::string& text);
@@ -85,8 +96,10 @@ class CheckedTable {
   [[nodiscard]] std::string name_of(std::string_view key) const;
 
  private:
-  /// The node, noted as asked for; nullptr and, unless it may be, reported as missing.
-  const toml::node* find(std::string_view key, bool may_be_missing, const std::string& expected);
+  /// The node, noted as asked for; nullptr and, unless there is a default, reported as missing.
+  const toml::node* find(std::string_view key, const std::optional<std::string>& preset,
+                         const std::string& expected);
+  void note(Key key);
   [[nodiscard]] int line_of(const toml::node& node) const;
   [[nodiscard]] std::optional<double> number_in(const toml::node& node, Limits limits) const;
 
@@ -95,6 +108,23 @@ class CheckedTable {
   int line_;
   Findings& findings_;
   std::set<std::string, std::less<>> asked_;
+  std::set<std::string, std::less<>> looked_for_;  // by has(): may be absent
 };
+
+/// All keys of a reader, in the order in which it asks for them, each once. `read` gets the findings to read
+/// with.
+template <typename Read>
+[[nodiscard]] std::vector<Key> keys_of(const Read& read) {
+  static const toml::table kNothing;
+  std::vector<Key> keys;
+  Findings findings;
+  findings.keys = &keys;
+  read(CheckedTable(kNothing, "", 0, findings), findings);
+  return keys;
+}
+
+/// The unit that a key's name bears, of its last part that bears one: "N/m" of "grip.stiffness_N_per_m", else
+/// "".
+[[nodiscard]] std::string unit_of(std::string_view key);
 
 }  // namespace tonus::config

@@ -8,6 +8,7 @@
 #include <string_view>
 #include <vector>
 
+#include "services/config/checked_table.hpp"
 #include "services/config/span.hpp"
 #include "services/core/result.hpp"
 
@@ -24,6 +25,10 @@ enum class ProtocolKind : std::uint8_t {
   kRecording,    ///< A recorded dataset is played.
   kStudy,        ///< A cohort: a list of subjects, each with sessions of their own.
 };
+
+inline constexpr ProtocolKind kProtocolKinds[] = {ProtocolKind::kUnloaded, ProtocolKind::kLoaded,
+                                                  ProtocolKind::kInstruction, ProtocolKind::kRecording,
+                                                  ProtocolKind::kStudy};
 
 [[nodiscard]] const char* kind_name(ProtocolKind kind);
 
@@ -131,5 +136,8 @@ struct Protocol {
 /// problem is the error: kInvalidArgument with file, line, key, value and what is allowed; keys that mean
 /// nothing are refused. `source` is the file's name in messages.
 [[nodiscard]] Result<Protocol> parse_protocol(std::string_view text, const std::string& source);
+
+/// Every key of a protocol of this kind, as parse_protocol() checks it.
+[[nodiscard]] std::vector<config::Key> protocol_keys(ProtocolKind kind);
 
 }  // namespace tonus::protocol

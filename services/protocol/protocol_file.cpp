@@ -1,6 +1,8 @@
 #include "services/protocol/protocol_file.hpp"
 
+#include <fstream>
 #include <spdlog/fmt/fmt.h>
+#include <string_view>
 
 #include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
@@ -24,11 +26,32 @@ Result<void> check_part(const Protocol& study, std::size_t subject, const std::s
   return {};
 }
 
+/// What is easily taken for a protocol's file.
+Result<void> check_kind_of(const std::filesystem::path& file) {
+  std::error_code error;
+  if (std::filesystem::is_directory(file, error)) {
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format("{}: is a folder; expected a protocol's TOML file (--dataset plays a dataset's folder)",
+                    file.string()));
+  }
+  if (!std::filesystem::is_regular_file(file, error)) return {};  // reading says why
+  constexpr std::string_view kSqlite = "SQLite format 3";
+  std::string begin(kSqlite.size(), '\0');
+  std::ifstream(file, std::ios::binary).read(begin.data(), static_cast<std::streamsize>(begin.size()));
+  if (begin != kSqlite) return {};
+  return fail(
+      ErrorCode::kInvalidArgument,
+      fmt::format("{}: is an archive; expected a protocol's TOML file (tonus identify reads archives)",
+                  file.string()));
+}
+
 }  // namespace
 
 Result<Protocol> load_protocol(const std::filesystem::path& file) {
   TONUS_TRY_ASSIGN(const bool is_there, is_present(file));
   if (!is_there) return fail(ErrorCode::kNotFound, fmt::format("{}: no such protocol file", file.string()));
+  TONUS_TRY(check_kind_of(file));
   TONUS_TRY_ASSIGN(const auto text, read_text_file(file));
 
   auto protocol = parse_protocol(text, file.string());

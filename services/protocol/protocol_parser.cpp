@@ -184,6 +184,17 @@ void check_size(const Protocol& p, config::Findings& findings) {
   }
 }
 
+/// What all kinds begin with; gives the kind.
+ProtocolKind read_head(config::CheckedTable& root, Protocol& protocol) {
+  (void)root.whole("schema", kProtocolSchema, kProtocolSchema);
+  std::vector<std::string> kinds;
+  for (const ProtocolKind kind : kProtocolKinds) kinds.emplace_back(kind_name(kind));
+  const std::string kind = root.one_of("kind", kinds);
+  protocol.name = root.text("name", 1, 80);
+  return kProtocolKinds[std::min<std::ptrdiff_t>(std::find(kinds.begin(), kinds.end(), kind) - kinds.begin(),
+                                                 std::ssize(kinds) - 1)];
+}
+
 void read_session(config::CheckedTable& root, Protocol& p, config::Findings& findings) {
   root.flag("confirm_posture", p.confirms_posture);
   p.rejection_limit = root.whole("rejection_limit", 1, 1000, 8);
@@ -207,6 +218,19 @@ void read_session(config::CheckedTable& root, Protocol& p, config::Findings& fin
 
 }  // namespace
 
+std::vector<config::Key> protocol_keys(ProtocolKind kind) {
+  return config::keys_of([kind](config::CheckedTable root, config::Findings& findings) {
+    Protocol protocol;
+    protocol.kind = kind;
+    read_head(root, protocol);
+    if (kind == ProtocolKind::kStudy) {
+      (void)read_subjects(root);
+    } else {
+      read_session(root, protocol, findings);
+    }
+  });
+}
+
 Result<Protocol> parse_protocol(std::string_view text, const std::string& source) {
   if (text.size() > kTextMost) {
     return fail(ErrorCode::kInvalidArgument,
@@ -220,12 +244,9 @@ Result<Protocol> parse_protocol(std::string_view text, const std::string& source
   protocol.source = source;
   config::Findings findings{source, {}, {}};
   config::CheckedTable root(table, "", 1, findings);
-  (void)root.whole("schema", kProtocolSchema, kProtocolSchema);
-  const std::vector<std::string> kinds{"unloaded", "loaded", "instruction", "recording", "study"};
-  const std::string kind = root.one_of("kind", kinds);
-  protocol.name = root.text("name", 1, 80);
+  const auto kind = read_head(root, protocol);
   if (!findings.problem) {
-    protocol.kind = static_cast<ProtocolKind>(std::find(kinds.begin(), kinds.end(), kind) - kinds.begin());
+    protocol.kind = kind;
     if (protocol.kind == ProtocolKind::kStudy) {
       protocol.subjects = read_subjects(root);
     } else {

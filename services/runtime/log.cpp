@@ -110,7 +110,13 @@ void start(const std::string& program, const std::string& level, spdlog::sink_pt
   listen_to_signals();
 }
 
-spdlog::sink_ptr standard_error() { return std::make_shared<spdlog::sinks::stderr_color_sink_mt>(); }
+/// In colour on a terminal, unless NO_COLOR is set (https://no-color.org).
+spdlog::sink_ptr standard_error() {
+  const char* without = std::getenv("NO_COLOR");
+  const bool has_colour = without == nullptr || *without == '\0';
+  return std::make_shared<spdlog::sinks::stderr_color_sink_mt>(has_colour ? spdlog::color_mode::automatic
+                                                                          : spdlog::color_mode::never);
+}
 
 }  // namespace
 

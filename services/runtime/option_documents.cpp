@@ -135,9 +135,17 @@ std::string man_option(const Shown& o) {
   return text;
 }
 
+/// The footer of --help: "Example:" and indented lines.
+std::string man_example(const CLI::App& app) {
+  const std::string footer = app.get_footer();
+  if (footer.empty()) return "";
+  return ".PP\nExample:\n.PP\n.EX\n" + roff(footer.substr(footer.find('\n') + 1)) + "\n.EE\n";
+}
+
 void add_man_command(std::string& text, const CLI::App& app, const Path& path, const std::string& name) {
   text += ".SS " + roff(name) + "\n" + roff(app.get_description()) + "\n";
   for (const auto& option : options_of(app, path, false)) text += man_option(option);
+  text += man_example(app);
   for (const auto* sub : commands_of(app))
     add_man_command(text, *sub, inside(path, *sub), name + " " + sub->get_name());
 }
@@ -156,6 +164,7 @@ std::string man_page(const CLI::App& app) {
                       roff(app.get_description()));
   text += ".SH OPTIONS\n";
   for (const auto& option : options_of(app, path, false)) text += man_option(option);
+  if (commands.empty()) text += man_example(app);
   const auto& with_common =
       commands.empty() || !options_of(app, path, true).empty() ? app : *commands.front();
   std::string common;
@@ -177,7 +186,8 @@ std::string man_page(const CLI::App& app) {
       ".TP\n.I /var/lib/tonus\nThe data of an installed system.\n"
       ".SH EXIT STATUS\n0: done. 1: failed, with one line on standard error. 2: the command line, the "
       "environment or a file\n"
-      "was refused, with one line on standard error.\n.SH SEE ALSO\n.I /usr/share/doc/tonus\\-cli/lab.md\n",
+      "was refused, with one line on standard error. 130: ended by Ctrl\\-C before it was done.\n.SH SEE "
+      "ALSO\n.I /usr/share/doc/tonus\\-cli/lab.md\n",
       roff(section), commands.empty() ? "" : " or, of one command, [" + roff(section) + ".COMMAND]",
       roff(variables_of(path, "dds", true).back()));
   return text;

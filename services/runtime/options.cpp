@@ -17,6 +17,7 @@
 #include "services/runtime/option_documents.hpp"
 #include "services/runtime/security.hpp"
 #include "services/runtime/settings.hpp"
+#include "services/runtime/usage.hpp"
 #include "services/runtime/version.hpp"
 
 namespace tonus::runtime {
@@ -46,6 +47,18 @@ Result<void> check_text(int argc, char** argv) {
     if (text.starts_with("TONUS_") && !is_utf8(text)) return refuse("environment", text);
   }
   return {};
+}
+
+/// Short forms of --log, for people at a terminal.
+void add_verbosity(CLI::App& app, std::string& level) {
+  const auto flag = [&](const std::string& names, const char* to, const char* what) {
+    auto* option = app.add_flag_callback(
+        names, [&level, to] { level = to; }, what);
+    option->group(kCommonGroup)->configurable(false);
+    return option;
+  };
+  auto* verbose = flag("-v,--verbose", "debug", "same as --log debug");
+  flag("-q,--quiet", "error", "same as --log error: no progress, no warnings")->excludes(verbose);
 }
 
 }  // namespace
@@ -79,6 +92,7 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
   common(app.add_option("--log", options.log_level, "debug, info, warn or error"))
       ->check(CLI::IsMember({"debug", "info", "warn", "error"}))
       ->capture_default_str();
+  add_verbosity(app, options.log_level);
   add_config_option(app)->each([&options](const std::string& file) { options.configuration_file = file; });
   app.set_version_flag("--version", kVersion);
   app.parse_complete_callback([&app, &options] { options.configuration = configuration_text(app); });
@@ -86,6 +100,10 @@ void add_common_options(CLI::App& app, CommonOptions& options) {
 
 CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string& what) {
   return app.add_option("--data", data, what)->group(kCommonGroup);
+}
+
+void set_example(CLI::App& app, const std::string& command_line) {
+  app.footer("Example:\n  " + command_line);
 }
 
 void begin_program() {
@@ -148,9 +166,13 @@ int parse_command_line(CLI::App& app, int argc, char** argv) {
   } catch (const CLI::Success& success) {
     return end_program(app.get_name(), app.exit(success));
   } catch (const CLI::ParseError& error) {
-    std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(),
-                 shown(error.what()).c_str());
-    return 2;
+    if (const auto unknown = unknown_word(app, words)) {
+      std::fprintf(stderr, "%s\n", unknown->c_str());
+    } else {
+      std::fprintf(stderr, "%s: %s (--help lists what is allowed)\n", app.get_name().c_str(),
+                   shown(error.what()).c_str());
+    }
+    return kRefused;
   }
   if (const auto good = settings->check(app); !good) return refuse(app, good.error().message);
   if (std::find(words.begin(), words.end(), "--print-config") != words.end()) {
@@ -190,7 +212,7 @@ Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const s
 int report(const std::string& program, const Error& error) {
   // It may quote a damaged file or somebody's name for one.
   std::fprintf(stderr, "%s: %s\n", program.c_str(), shown(error.message).c_str());
-  return 1;
+  return error.message == kInterruptedText ? kInterrupted : kFailed;
 }
 
 }  // namespace tonus::runtime

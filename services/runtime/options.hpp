@@ -3,6 +3,7 @@
 #include <filesystem>
 #include <memory>
 #include <string>
+#include <string_view>
 #include <vector>
 
 #include "services/bus/bus.hpp"
@@ -38,6 +39,17 @@ void add_common_options(CLI::App& app, CommonOptions& options);
 /// --data, of the commands that have no other common option.
 CLI::Option* add_data_option(CLI::App& app, std::string& data, const std::string& what);
 
+/// Exit codes of every program. Ctrl-C: 128 + the signal's number, as shells have it.
+inline constexpr int kFailed = 1;   ///< Not done, or something is wrong; one line on standard error.
+inline constexpr int kRefused = 2;  ///< The command line, the environment or a file of options; likewise.
+inline constexpr int kInterrupted = 130;  ///< Ctrl-C before it was done.
+
+/// Message of an error that means: Ctrl-C ended it.
+inline constexpr std::string_view kInterruptedText = "interrupted";
+
+/// A command that shows how it is used, at the end of --help and in the manual page.
+void set_example(CLI::App& app, const std::string& command_line);
+
 /// First line of every main(): standard descriptors that are closed are occupied, and what the program makes
 /// is for its user and group alone (files 0640, folders 0750, or less where the umask says so).
 void begin_program();
@@ -60,7 +72,8 @@ void begin_program();
 /// The data folder, made if it is missing.
 [[nodiscard]] Result<std::filesystem::path> data_folder(const CommonOptions& options);
 
-/// One line on standard error, "program: message", as shown() has it. Returns the exit code 1.
+/// One line on standard error, "program: message", as shown() has it. Returns kFailed; kInterrupted where the
+/// message is kInterruptedText.
 int report(const std::string& program, const Error& error);
 
 }  // namespace tonus::runtime

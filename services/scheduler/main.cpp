@@ -20,6 +20,7 @@ int main(int argc, char** argv) {
   CLI::App app("Runs sessions: one trial after the other, each counted once.", program);
   runtime::CommonOptions common;
   runtime::add_common_options(app, common);
+  runtime::set_example(app, "tonus-scheduler --rig left");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(program, common);
 

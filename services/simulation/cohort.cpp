@@ -13,6 +13,7 @@ namespace tonus::simulation {
 namespace {
 
 constexpr const char* kDampingKey = "joint_damping_Nms_per_rad";
+constexpr const char* kTimeKey = "damping_time_s";
 constexpr double kLongestTime = 1.0;  // s
 
 void read(config::CheckedTable s, JointImpedance& joints, double high) {
@@ -20,6 +21,12 @@ void read(config::CheckedTable s, JointImpedance& joints, double high) {
   s.number("elbow", joints.elbow, 0.0, high);
   s.number("two_joint", joints.two_joint, 0.0, high);
   s.finish();
+}
+
+/// The keys of a [[subject]] beside those of a profile's [subject]; the time constants, where it has them.
+void read(config::CheckedTable& s, std::string& name, std::optional<JointImpedance>& time) {
+  name = s.text("name", 1, 40);
+  if (s.has(kTimeKey)) read(s.table(kTimeKey), time.emplace(), kLongestTime);
 }
 
 /// Damping of the muscle groups from the time constants of the matrices' elements.
@@ -39,7 +46,7 @@ toml::table merged(const toml::table& common, const toml::table& subject) {
   if (!profile.contains("subject")) profile.insert("subject", toml::table{});
   toml::table& target = *profile["subject"].as_table();
   for (const auto& [key, node] : subject) {
-    if (key == "name" || key == "damping_time_s") continue;
+    if (key == "name" || key == kTimeKey) continue;
     target.insert_or_assign(key, node);
   }
   return profile;
@@ -54,22 +61,18 @@ std::string text_of(const toml::table& table) {
 Result<CohortSubject> subject_of(const toml::table& common, const toml::table& table, std::size_t number,
                                  std::string_view source) {
   CohortSubject subject;
-  subject.name = table["name"].value_or(std::string());
-  if (subject.name.empty()) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{}: subject[{}].name is missing; expected text", source, number));
-  }
+  config::Findings findings{std::string(source), {}, {}};
+  config::CheckedTable own(table, fmt::format("subject[{}]", number), 0, findings);
+  std::optional<JointImpedance> time;
+  read(own, subject.name, time);
+  if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
   const std::string who = fmt::format("{}, subject '{}'", source, subject.name);
   toml::table profile = merged(common, table);
   auto parsed = read_profile(profile, who);
   if (!parsed) return parsed.error();
-  if (table.contains("damping_time_s")) {
-    config::Findings findings{who, {}, {}};
-    JointImpedance time{0.0, 0.0, 0.0};
-    read(config::CheckedTable(table, "", 0, findings).table("damping_time_s"), time, kLongestTime);
-    if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
+  if (time) {
     profile["subject"].as_table()->insert_or_assign(kDampingKey,
-                                                    table_of(damping_of(parsed->subject.stiffness, time)));
+                                                    table_of(damping_of(parsed->subject.stiffness, *time)));
     parsed = read_profile(profile, who);
     if (!parsed) return parsed.error();
   }
@@ -80,8 +83,35 @@ Result<CohortSubject> subject_of(const toml::table& common, const toml::table& t
 
 }  // namespace
 
+namespace {
+
+constexpr int kCohortSchema = 1;
+
+/// The root's keys; `common` and `subject` have readers of their own.
+void read_root(config::CheckedTable root) {
+  (void)root.whole("schema", kCohortSchema, kCohortSchema, kCohortSchema);
+  (void)root.has("common");
+  (void)root.has("subject");
+  root.finish();
+}
+
+}  // namespace
+
+std::vector<config::Key> cohort_keys() {
+  return config::keys_of([](config::CheckedTable root, config::Findings&) {
+    read_root(root);
+    auto subjects = root.tables("subject", 1, 1000);
+    std::string name;
+    std::optional<JointImpedance> time;
+    read(subjects.front(), name, time);
+  });
+}
+
 Result<std::vector<CohortSubject>> parse_cohort(std::string_view text, std::string_view source) {
   TONUS_TRY_ASSIGN(const toml::table root, config::parse_toml(text, std::string(source)));
+  config::Findings findings{std::string(source), {}, {}};
+  read_root(config::CheckedTable(root, "", 0, findings));
+  if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
   const toml::table* common = root["common"].as_table();
   const toml::array* subjects = root["subject"].as_array();
   if (subjects == nullptr || subjects->empty() || !subjects->is_array_of_tables()) {

@@ -23,6 +23,8 @@ struct CohortSubject {
 /// so that, with (21), the muscle groups have d = two_joint K12, s = B11 - d, e = B22 - d.
 /// Refusals as parse_profile's, and for names that are missing or not unique.
 [[nodiscard]] Result<std::vector<CohortSubject>> parse_cohort(std::string_view text, std::string_view source);
+/// The keys that a cohort has beside those of a profile.
+[[nodiscard]] std::vector<config::Key> cohort_keys();
 [[nodiscard]] Result<std::vector<CohortSubject>> load_cohort(const std::filesystem::path& file);
 
 }  // namespace tonus::simulation

@@ -144,7 +144,8 @@ Eigen::Vector4d Plant::accelerations(const PlantState& state) const noexcept {
                                      inertia_.coriolis(c.rig.sin_q2, state.q_rate) -
                                      c.rig.jacobian.transpose() * c.grip;
   const Eigen::Vector2d muscle =
-      drive.torque - drive.scale * (stiffness_ * (state.t - drive.equilibrium) + damping_ * state.t_rate);
+      drive.torque - drive.scale * ((stiffness_ + drive.added.stiffness) * (state.t - drive.equilibrium) +
+                                    (damping_ + drive.added.damping) * state.t_rate);
   const Eigen::Vector2d arm_torque = muscle - arm_inertia_.coriolis(c.arm.sin_q2, state.t_rate) +
                                      c.arm.jacobian.transpose() * drive.force +
                                      (is_holding_ ? 1.0 : 0.0) * (c.arm_jacobian.transpose() * c.grip);
@@ -199,7 +200,7 @@ double Plant::energy() const noexcept {
   const Eigen::Vector2d stretch = c.rig.point - shoulder_origin_ - shoulder_to_robot_ * c.arm.point;
   return 0.5 * (state_.q_rate.dot(inertia_.mass_matrix(c.rig.cos_q2) * state_.q_rate) +
                 state_.t_rate.dot(arm_inertia_.mass_matrix(c.arm.cos_q2) * state_.t_rate) +
-                drive.scale * bend.dot(stiffness_ * bend) +
+                drive.scale * bend.dot((stiffness_ + drive.added.stiffness) * bend) +
                 (is_holding_ ? profile_.grip.stiffness * stretch.squaredNorm() : 0.0));
 }
 

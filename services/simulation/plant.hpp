@@ -42,8 +42,8 @@ class Plant {
   /// rest.
   void seat(const ShoulderPose& shoulder, const Eigen::Vector2d& posture) noexcept;
 
-  /// Tells the subject that a trial begins. REALTIME.
-  void begin_trial() noexcept { subject_.begin_trial(); }
+  /// Tells the subject that a trial begins, and what to do in it. REALTIME.
+  void begin_trial(const Instruction& instruction = {}) noexcept { subject_.begin_trial(instruction); }
 
   /// Advances by one period under the commanded joint torques (N m), clipped to the motors' limits.
   void step(const Eigen::Vector2d& torque) noexcept;

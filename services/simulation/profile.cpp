@@ -155,6 +155,13 @@ void read(CheckedTable s, MisconductEffect& misconduct) {
   s.finish();
 }
 
+void read(CheckedTable s, InstructionEffect& instruction) {
+  s.flag("is_on", instruction.is_on);
+  s.number("relaxed", instruction.relaxed, 0.1, 1.0);
+  s.number("stiffened", instruction.stiffened, 1.0, 5.0);
+  s.finish();
+}
+
 void read(CheckedTable s, SubjectProfile& subject) {
   Eigen::Vector2d lengths(subject.links.l1, subject.links.l2);
   s.pair("link_lengths_m", lengths, 0.1, 0.6);
@@ -173,6 +180,7 @@ void read(CheckedTable s, SubjectProfile& subject) {
   read(s.optional_table("recentring"), subject.recentring);
   read(s.optional_table("modulation"), subject.modulation);
   read(s.optional_table("misconduct"), subject.misconduct);
+  read(s.optional_table("instruction"), subject.instruction);
   s.finish();
 }
 
@@ -276,6 +284,13 @@ Result<Profile> read_profile(const toml::table& table, const std::string& source
   if (!findings.problem) check_together(profile, findings);
   if (findings.problem) return fail(ErrorCode::kInvalidArgument, *findings.problem);
   return profile;
+}
+
+std::vector<config::Key> profile_keys() {
+  return config::keys_of([](const CheckedTable& root, config::Findings&) {
+    Profile profile;
+    read(root, profile);
+  });
 }
 
 Result<Profile> parse_profile(std::string_view text, std::string_view source) {

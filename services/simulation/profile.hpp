@@ -6,6 +6,7 @@
 #include <toml++/toml.h>
 
 #include "rig_agent/control/rig_loop.hpp"
+#include "services/config/checked_table.hpp"
 #include "services/core/result.hpp"
 #include "services/simulation/plant_profile.hpp"
 
@@ -25,6 +26,8 @@ struct Profile : PlantProfile {
 [[nodiscard]] Result<Profile> parse_profile(std::string_view text, std::string_view source);
 /// The same of a table that is parsed already.
 [[nodiscard]] Result<Profile> read_profile(const toml::table& table, const std::string& source);
+/// Every key of a profile, as parse_profile() checks it.
+[[nodiscard]] std::vector<config::Key> profile_keys();
 [[nodiscard]] Result<Profile> load_profile(const std::filesystem::path& file);
 
 /// Rate, limits, gains and model for the loop that runs this rig.

@@ -125,8 +125,8 @@ void Subject::recentre(const ArmMotion& arm) noexcept {
 // The muscles' steady torque, as a force at the hand: f = J^-T K (t_eq - t).
 void Subject::modulate(const ArmMotion& arm) noexcept {
   if (time_ < quick_until_ || !profile_.links.reaches(arm.hand)) return;
-  const Eigen::Vector2d torque =
-      drive_.scale * (profile_.stiffness.matrix() * (drive_.equilibrium - arm.angles));
+  const Eigen::Vector2d torque = drive_.scale * ((profile_.stiffness.matrix() + drive_.added.stiffness) *
+                                                 (drive_.equilibrium - arm.angles));
   const Eigen::Matrix2d jacobian = profile_.links.jacobian(arm.angles);
   const double force = (control::inverse(jacobian).transpose() * torque).norm();
   held_force_ += (period_ / profile_.modulation.time_constant) * (force - held_force_);

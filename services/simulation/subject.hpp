@@ -6,6 +6,7 @@
 #include <cstddef>
 #include <vector>
 
+#include "services/simulation/instruction.hpp"
 #include "services/simulation/noise.hpp"
 #include "services/simulation/subject_profile.hpp"
 
@@ -18,6 +19,7 @@ struct SubjectDrive {
   Eigen::Vector2d torque = Eigen::Vector2d::Zero();       ///< N m at the joints (reflex).
   Eigen::Vector2d force = Eigen::Vector2d::Zero();        ///< N at the hand, in S (tremor, drift, reaction).
   bool is_holding = true;                                 ///< The hand holds the handle.
+  AddedImpedance added;  ///< To the joints' stiffness and damping, before the scale.
 };
 
 /// How the hand is at the start of a period: joint angles and rates, position and velocity in S. SI.
@@ -36,8 +38,11 @@ class Subject {
 
   /// A new posture (m in S): spring centre and rest are there.
   void take_posture(const Eigen::Vector2d& posture) noexcept;
-  /// A trial begins. REALTIME.
-  void begin_trial() noexcept { misconduct_.begin_trial(); }
+  /// A trial begins, of which the subject has been told this. REALTIME.
+  void begin_trial(const Instruction& instruction = {}) noexcept {
+    misconduct_.begin_trial();
+    drive_.added = added_impedance(profile_, instruction, profile_.links.angles_at(posture_));
+  }
 
   const SubjectDrive& begin_period(const ArmMotion& arm) noexcept;
   [[nodiscard]] const SubjectDrive& drive() const noexcept { return drive_; }

@@ -89,8 +89,16 @@ struct ModulationEffect {
   double time_constant = 0.5;  ///< s.
 };
 
+/// The subject does with his muscles what a protocol's instruction says (instruction.hpp).
+struct InstructionEffect {
+  bool is_on = true;
+  double relaxed = 0.7;    ///< Share of stiffness and damping that "relax" leaves.
+  double stiffened = 2.0;  ///< Times the stiffness, of "stiffen".
+};
+
 /// A subject's right arm: two uniform cylinders, linear joint stiffness and damping about the posture, and
-/// the effects of a living arm, all off by default.
+/// the effects of a living arm, all off by default but that he
+/// follows instructions, of which most protocols have none.
 struct SubjectProfile {
   TwoLink links{0.31, 0.34};
   Eigen::Vector2d link_masses{2.0, 1.5};      ///< kg.
@@ -108,6 +116,7 @@ struct SubjectProfile {
   RecentringEffect recentring;
   ModulationEffect modulation;
   MisconductEffect misconduct;
+  InstructionEffect instruction;
 };
 
 }  // namespace tonus::simulation

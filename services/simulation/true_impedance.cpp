@@ -12,7 +12,9 @@ control::TwoLinkInertia cylinder_inertia(const SubjectProfile& subject) {
   return {about_shoulder + m[1] * l1 * l1, about_elbow, m[1] * l1 * 0.5 * l2};
 }
 
-CartesianImpedance true_impedance(const SubjectProfile& subject, const Eigen::Vector2d& p_SE) {
+CartesianImpedance true_impedance(const SubjectProfile& subject, const Eigen::Vector2d& p_SE,
+                                  const Instruction& instruction) {
+  const AddedImpedance added = added_impedance(subject, instruction, subject.links.angles_at(p_SE));
   const control::TwoLinkState arm(subject.links, subject.links.angles_at(p_SE));
   const Eigen::Matrix2d inverse_jacobian = control::inverse(arm.jacobian);
   const auto to_hand = [&](const Eigen::Matrix2d& joint) -> Eigen::Matrix2d {
@@ -20,8 +22,8 @@ CartesianImpedance true_impedance(const SubjectProfile& subject, const Eigen::Ve
   };
   CartesianImpedance impedance;
   impedance.mass = to_hand(cylinder_inertia(subject).mass_matrix(arm.cos_q2));
-  impedance.damping = to_hand(subject.damping.matrix());
-  impedance.stiffness = to_hand(subject.stiffness.matrix());
+  impedance.damping = to_hand(subject.damping.matrix() + added.damping);
+  impedance.stiffness = to_hand(subject.stiffness.matrix() + added.stiffness);
   return impedance;
 }
 

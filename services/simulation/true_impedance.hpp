@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 
 #include "services/mechanics/two_link_dynamics.hpp"
+#include "services/simulation/instruction.hpp"
 #include "services/simulation/subject_profile.hpp"
 
 namespace tonus::simulation {
@@ -22,7 +23,8 @@ struct CartesianImpedance {
 /// The forward model (21)-(31), closed form: joint matrices to the hand by the Jacobian J at posture p_SE
 /// (m), Z = J^-T Z_joint J^-1, the effects of a living arm left out. The spring centre is at the posture,
 /// because the simulated subject's equilibrium is there. For tests and for showing an estimate beside the
-/// truth in simulation, and for nothing else.
-[[nodiscard]] CartesianImpedance true_impedance(const SubjectProfile& subject, const Eigen::Vector2d& p_SE);
+/// truth in simulation, and for nothing else. With what the subject adds under an instruction.
+[[nodiscard]] CartesianImpedance true_impedance(const SubjectProfile& subject, const Eigen::Vector2d& p_SE,
+                                                const Instruction& instruction = {});
 
 }  // namespace tonus::simulation

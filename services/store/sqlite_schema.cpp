@@ -165,6 +165,23 @@ Result<int> schema_version(Database& database) {
   return static_cast<int>(*version);
 }
 
+Result<std::vector<SchemaTable>> tables_of_schema() {
+  TONUS_TRY_ASSIGN(auto database, Database::open(":memory:", Database::Mode::kReadWrite));
+  TONUS_TRY(migrate(database, 0));
+  TONUS_TRY_ASSIGN(auto columns, Statement::prepare(database,
+                                                    "SELECT t.name, c.name, c.type FROM sqlite_master t, "
+                                                    "pragma_table_info(t.name) c WHERE t.type = 'table' "
+                                                    "ORDER BY t.rowid, c.cid"));
+  std::vector<SchemaTable> tables;
+  while (true) {
+    TONUS_TRY_ASSIGN(const bool has_row, columns.step(database));
+    if (!has_row) return tables;
+    const std::string name(columns.text(0));
+    if (tables.empty() || tables.back().name != name) tables.push_back({name, {}});
+    tables.back().columns.push_back({std::string(columns.text(1)), std::string(columns.text(2))});
+  }
+}
+
 std::vector<std::string> steps_after(int version) {
   std::vector<std::string> steps;
   for (const Migration& migration : kMigrations) {

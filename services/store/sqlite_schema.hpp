@@ -16,6 +16,17 @@ inline constexpr std::int64_t kApplicationId = 0x746F6E75;
 /// Version of the tables that this program writes.
 [[nodiscard]] int newest_schema_version();
 
+/// A table as it is in the newest version, for the documentation.
+struct SchemaTable {
+  struct Column {
+    std::string name;
+    std::string type;  ///< "BLOB"
+  };
+  std::string name;
+  std::vector<Column> columns;
+};
+[[nodiscard]] Result<std::vector<SchemaTable>> tables_of_schema();
+
 /// Version of the file's tables; 0: an empty file. kInvalidArgument: not a file of ours, or a newer version.
 [[nodiscard]] Result<int> schema_version(Database& database);
 

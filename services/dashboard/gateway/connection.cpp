@@ -178,6 +178,10 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   void give_page(const std::string& where) {
     if (!core_.pages) return respond(http::status::ok, "text/html; charset=utf-8", kNoPages);
     const Page* page = core_.pages->find(where);
+    if (page == nullptr && core_.pages->find(where + "/") != nullptr) {
+      location_ = where + "/";
+      return respond(http::status::moved_permanently, "text/plain; charset=utf-8", where + "/\n");
+    }
     if (page == nullptr)
       return respond(http::status::not_found, "text/plain; charset=utf-8", "there is no such page\n");
     is_kept_ = page->is_named_by_content;
@@ -239,6 +243,8 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
                     fmt::format("{}={}; Path={}; HttpOnly; SameSite=Strict{}", kReportCookie, token,
                                 kReportPath, is_tls() ? "; Secure" : ""));
     }
+    if (!location_.empty()) response_.set(http::field::location, location_);
+    location_.clear();
     if (status == http::status::unauthorized) response_.set(http::field::www_authenticate, "Bearer");
     is_kept_ = false;
     is_report_ = false;
@@ -269,6 +275,7 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   Request request_;
   Response response_;
   bool is_kept_ = false;
+  std::string location_;  // of the next response; empty: none
   bool is_report_ = false;
 };
 

@@ -104,6 +104,8 @@ std::optional<dashboard::Pages> pages_of(const Options& o) {
     spdlog::warn("no pages are served: {}", pages.error().message);
     return std::nullopt;
   }
+  if (const auto added = pages->add(installation().share / "manual", "/manual"); !added)
+    spdlog::info("no manual is served: {}", added.error().message);
   return std::move(*pages);
 }
 
@@ -168,6 +170,7 @@ int main(int argc, char** argv) {
   CLI::App app("Serves the session's pages to browsers, and its data to Foxglove and its like.", kProgram);
   Options options;
   add_options(app, options);
+  runtime::set_example(app, "tonus-dashboard --listen 127.0.0.1:8765");
   if (const int code = runtime::parse_command_line(app, argc, argv); code >= 0) return code;
   runtime::start_log(kProgram, options.common);
   const auto outcome = run(options);

@@ -31,13 +31,19 @@ std::string content_type(const std::filesystem::path& file) {
 }
 
 Result<Pages> Pages::load(const std::filesystem::path& folder) {
+  Pages made;
+  TONUS_TRY(made.add(folder, ""));
+  return made;
+}
+
+Result<void> Pages::add(const std::filesystem::path& folder, const std::string& prefix) {
   std::error_code error;
   if (!std::filesystem::is_regular_file(folder / "index.html", error)) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("{}: no index.html; expected the folder of the built pages", folder.string()));
   }
-  Pages made;
-  std::size_t bytes = 0;
+  std::size_t bytes = bytes_;
+  std::map<std::string, Page, std::less<>> added;
   const FilesBelow below = files_below(folder);
   if (!below.unreachable.empty()) return below.unreachable.front();
   for (const FileBelow& file : below.files) {
@@ -48,10 +54,12 @@ Result<Pages> Pages::load(const std::filesystem::path& folder) {
       return fail(ErrorCode::kInvalidArgument,
                   fmt::format("{}: over {} bytes of pages", folder.string(), kMaximumBytes));
     }
-    const auto path = "/" + file.relative;
-    made.pages_[path] = {std::move(*content), content_type(file.path), path.starts_with("/assets/")};
+    const auto path = prefix + "/" + file.relative;
+    added[path] = {std::move(*content), content_type(file.path), path.starts_with("/assets/")};
   }
-  return made;
+  bytes_ = bytes;
+  pages_.merge(added);
+  return {};
 }
 
 const Page* Pages::find(std::string_view path) const {
@@ -60,7 +68,7 @@ const Page* Pages::find(std::string_view path) const {
     return found == pages_.end() ? nullptr : &found->second;
   };
   const std::string name(path);
-  if (name == "/") return look("/index.html");
+  if (name.ends_with('/')) return look(name + "index.html");
   if (const Page* page = look(name)) return page;
   return look(name + ".html");
 }

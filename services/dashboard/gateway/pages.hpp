@@ -21,12 +21,17 @@ class Pages {
   /// kNotFound: no folder, or no index.html in it. kInvalidArgument: over 32 MB of files.
   [[nodiscard]] static Result<Pages> load(const std::filesystem::path& folder);
 
-  /// Null where there is no such page. "/" is index.html, "/operator" is operator.html.
+  /// Adds the files of another folder below `prefix`, "/manual". Errors as load()'s; nothing is added then.
+  [[nodiscard]] Result<void> add(const std::filesystem::path& folder, const std::string& prefix);
+
+  /// Null where there is no such page. "/" is index.html, "/operator" is operator.html,
+  /// "/manual/" is manual/index.html.
   [[nodiscard]] const Page* find(std::string_view path) const;
 
   [[nodiscard]] std::size_t size() const { return pages_.size(); }
 
  private:
+  std::size_t bytes_ = 0;
   std::map<std::string, Page, std::less<>> pages_;  ///< By path, "/assets/a.js".
 };
 

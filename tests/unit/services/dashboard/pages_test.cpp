@@ -34,6 +34,21 @@ TEST_F(PagesTest, AreFoundByPathWithOrWithoutTheirEnding) {
   EXPECT_FALSE(pages->find("/")->is_named_by_content);
 }
 
+TEST_F(PagesTest, AFolderIsAddedBelowItsPrefix) {
+  write("pages/index.html", "operator");
+  write("manual/index.html", "manual");
+  write("manual/figures/a.svg", "picture");
+  auto pages = Pages::load(folder_.path() / "pages");
+  ASSERT_TRUE(pages);
+  ASSERT_TRUE(pages->add(folder_.path() / "manual", "/manual"));
+  EXPECT_EQ(pages->find("/")->content, "operator");
+  EXPECT_EQ(pages->find("/manual/")->content, "manual");
+  EXPECT_EQ(pages->find("/manual/index")->content, "manual");
+  EXPECT_EQ(pages->find("/manual/figures/a.svg")->type, "image/svg+xml");
+  EXPECT_EQ(pages->find("/manual"), nullptr) << "the server leads to /manual/, so that relative links hold";
+  EXPECT_FALSE(pages->add(folder_.path() / "none", "/none"));
+}
+
 TEST_F(PagesTest, NothingElseIsFound) {
   write("index.html", "operator");
   const auto pages = Pages::load(folder_.path());

@@ -70,7 +70,7 @@ TEST(Cohort, RefusesWhatIsNoCohort) {
   EXPECT_EQ(refusal("schema = 1\n"),
             "cohort.toml: subject is missing; expected one table [[subject]] or more");
   EXPECT_EQ(refusal("[[subject]]\nlink_masses_kg = [2.0, 1.5]\n"),
-            "cohort.toml: subject[1].name is missing; expected text");
+            "cohort.toml: subject[1].name is missing; expected text of 1 to 40 characters");
   EXPECT_EQ(refusal("[[subject]]\nname = \"a\"\n[[subject]]\nname = \"a\"\n"),
             "cohort.toml: subject[2].name: \"a\" is not allowed; expected each name once");
   EXPECT_EQ(refusal("[[subject]]\nname = \"a\"\nlink_masses_kg = [2.0, -1.5]\n"),

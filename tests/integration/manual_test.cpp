@@ -1,0 +1,208 @@
+// The manual: its links lead somewhere, its commands run, and its tables say what the programs write.
+
+#include <filesystem>
+#include <fstream>
+#include <gmock/gmock.h>
+#include <gtest/gtest.h>
+#include <nlohmann/json.hpp>
+#include <set>
+#include <sstream>
+
+#include "tests/integration/program_run.hpp"
+#include "tests/support/process.hpp"
+#include "tests/support/temporary_folder.hpp"
+
+namespace tonus::testing {
+namespace {
+
+namespace fs = std::filesystem;
+using Names = std::set<std::string>;
+
+constexpr std::chrono::seconds kLimit{240};
+const fs::path kManual = source_file("docs/manual");
+const fs::path kArchive = source_file("tests/acceptance/recorded_session/session.sqlite");
+
+std::string content_of(const fs::path& file) {
+  std::ifstream in(file, std::ios::binary);
+  return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
+}
+
+std::vector<fs::path> pages(const fs::path& folder, const char* extension) {
+  std::vector<fs::path> all;
+  for (const auto& entry : fs::directory_iterator(folder)) {
+    if (entry.path().extension() == extension) all.push_back(entry.path());
+  }
+  std::sort(all.begin(), all.end());
+  return all;
+}
+
+struct Snippet {
+  std::string mark;  ///< What follows the opening fence: "sh run".
+  std::string text;
+};
+
+std::vector<Snippet> snippets_of(const fs::path& page) {
+  std::vector<Snippet> snippets;
+  std::istringstream lines(content_of(page));
+  bool is_inside = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("```")) {
+      is_inside = !is_inside;
+      if (is_inside) snippets.push_back({line.substr(3), ""});
+    } else if (is_inside) {
+      snippets.back().text += line + "\n";
+    }
+  }
+  EXPECT_FALSE(is_inside) << page << ": a fence is not closed";
+  return snippets;
+}
+
+TEST(Manual, MarksEverySnippetAsOneThatTheTestsRun) {
+  int snippets = 0;
+  for (const auto& page : pages(kManual, ".md")) {
+    for (const auto& snippet : snippets_of(page)) {
+      ++snippets;
+      EXPECT_EQ(snippet.mark, "sh run") << page << ":\n" << snippet.text;
+    }
+    std::istringstream lines(content_of(page));
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_FALSE(line.starts_with("    ")) << page << ": indented code is not run: " << line;
+  }
+  EXPECT_GT(snippets, 5);
+}
+
+TEST(Manual, RunsEverySnippetOfEveryPage) {
+  for (const auto& page : pages(kManual, ".md")) {
+    const TemporaryFolder folder;
+    fs::create_directory(folder / "work");
+    fs::create_directory_symlink(source_file("deploy"), folder / "work" / "deploy");
+    std::string script = "set -eu\ncd '" + (folder / "work").string() + "'\nexport PATH='" +
+                         program("tonus").parent_path().string() + "':\"$PATH\" SOURCE='" +
+                         source_file(".").string() + "' XDG_DATA_HOME='" + (folder / "data").string() +
+                         "' TONUS_DOMAIN=" + std::to_string(own_domain()) + "\n";
+    const auto snippets = snippets_of(page);
+    if (snippets.empty()) continue;
+    for (const auto& snippet : snippets) script += snippet.text;
+    std::ofstream(folder / "script") << script;
+    Process shell("/bin/sh", {(folder / "script").string()}, folder / "output");
+    EXPECT_EQ(shell.wait(kLimit), 0) << page << ":\n" << script << shell.output();
+  }
+}
+
+/// The values of an attribute in a page.
+Names attributes(const std::string& html, const std::string& name) {
+  Names found;
+  const std::string open = " " + name + "=\"";
+  for (auto at = html.find(open); at != std::string::npos; at = html.find(open, at)) {
+    at += open.size();
+    found.insert(html.substr(at, html.find('"', at) - at));
+  }
+  return found;
+}
+
+class BuiltManual : public ::testing::Test {
+ protected:
+  void SetUp() override {
+    if (!fs::exists(built_ / "index.html"))
+      GTEST_SKIP() << "the manual is not built: pandoc is not installed";
+  }
+  const fs::path built_ = program("tonus").parent_path().parent_path() / "share" / "tonus" / "manual";
+};
+
+TEST_F(BuiltManual, LinksOnlyToWhatExists) {
+  int links = 0;
+  for (const auto& page : pages(built_, ".html")) {
+    const std::string html = content_of(page);
+    Names targets = attributes(html, "href");
+    targets.merge(attributes(html, "src"));
+    for (const auto& target : targets) {
+      if (target.find("://") != std::string::npos) continue;
+      ++links;
+      const auto hash = target.find('#');
+      const auto file = target.substr(0, hash).empty() ? page : built_ / target.substr(0, hash);
+      ASSERT_TRUE(fs::exists(file)) << page.filename() << " links to " << target;
+      if (hash == std::string::npos) continue;
+      EXPECT_TRUE(attributes(content_of(file), "id").contains(target.substr(hash + 1)))
+          << page.filename() << " links to " << target;
+    }
+  }
+  EXPECT_GT(links, 100);
+}
+
+TEST_F(BuiltManual, IsReachableFromItsFirstPageAndNeedsNoScriptAndNoNetwork) {
+  Names reached{"index.html"};
+  for (const auto& target : attributes(content_of(built_ / "index.html"), "href")) reached.insert(target);
+  for (const auto& target : attributes(content_of(built_ / "formats.html"), "href")) reached.insert(target);
+  for (const auto& page : pages(built_, ".html")) {
+    EXPECT_TRUE(reached.contains(page.filename().string())) << page;
+    const std::string html = content_of(page);
+    EXPECT_EQ(html.find("<script"), std::string::npos) << page;
+    EXPECT_EQ(html.find(" style=\""), std::string::npos) << page << ": the gateway's policy refuses it";
+    for (const auto& target : attributes(html, "src"))
+      EXPECT_EQ(target.find("://"), std::string::npos) << target;
+  }
+  EXPECT_NE(content_of(built_ / "numbers.html").find("<math"), std::string::npos);
+}
+
+/// "a.b", "c[].d" of every value; a list of values is one key.
+void add_keys(Names& keys, const nlohmann::json& json, const std::string& path) {
+  if (json.is_object()) {
+    for (const auto& [key, value] : json.items())
+      add_keys(keys, value, path.empty() ? key : path + "." + key);
+  } else if (json.is_array() && !json.empty() && json.front().is_object()) {
+    for (const auto& element : json) add_keys(keys, element, path + "[]");
+  } else {
+    keys.insert(path);
+  }
+}
+
+/// The first column of the table below a heading of the second level.
+Names documented(const std::string& heading) {
+  Names keys;
+  std::istringstream lines(content_of(kManual / "json.md"));
+  bool is_there = false;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("## ")) is_there = line == "## " + heading;
+    if (is_there && line.starts_with("| `")) keys.insert(line.substr(3, line.find('`', 3) - 3));
+  }
+  return keys;
+}
+
+class ManualsJson : public ::testing::Test {
+ protected:
+  void SetUp() override { fs::copy(kArchive, archive()); }
+  [[nodiscard]] fs::path archive() const { return folder_ / "session.sqlite"; }
+
+  [[nodiscard]] nlohmann::json printed(const std::vector<std::string>& words) const {
+    return nlohmann::json::parse(run_program("tonus", words, folder_.path()).output);
+  }
+
+  /// The keys of an answer, those of its conditions apart.
+  static void expect_documented(const nlohmann::json& json, const std::string& heading) {
+    Names keys;
+    add_keys(keys, json, "");
+    EXPECT_EQ(keys, documented(heading)) << heading;
+  }
+
+  TemporaryFolder folder_;
+};
+
+TEST_F(ManualsJson, HasEveryKeyThatTheProgramsPrintAndNoOther) {
+  expect_documented(printed({"ls", "--json", "--archive", archive()}), "tonus ls");
+  expect_documented(printed({"verify", "--json", "--archive", archive()}), "tonus verify");
+  expect_documented(printed({"explain", "--json"}), "tonus explain");
+  auto shown = printed({"show", "--json", "--archive", archive()});
+  nlohmann::json conditions = shown["conditions"];
+  shown.erase("conditions");
+  expect_documented(shown, "tonus show");
+  const auto file = folder_ / "identified.json";
+  ASSERT_EQ(run_program("tonus", {"identify", archive(), "--json", file.string()}, folder_.path()).code, 0);
+  for (const auto& condition : nlohmann::json::parse(content_of(file))["conditions"])
+    conditions.push_back(condition);
+  Names keys;
+  for (const auto& condition : conditions) add_keys(keys, condition, "");
+  EXPECT_EQ(keys, documented("A condition"));
+}
+
+}  // namespace
+}  // namespace tonus::testing
