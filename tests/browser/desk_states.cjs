@@ -146,6 +146,7 @@ function archive(gateway) {
   const base = `/api/sessions/${Buffer.from(SESSION).toString("hex")}`;
   const entry = { session_id: "5a".repeat(16), subject: "sub-07", protocol: "unloaded", seed: 4711, planned_trials: 24, started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0" };
   const other = { ...entry, session_id: "5b".repeat(16), subject: "sub-08", started_at: "2026-03-03T09:30:00Z" };
+  const earlier = { ...entry, session_id: "5c".repeat(16), started_at: "2026-02-23T10:15:00Z" };
   const certificate = { expected: 3000, received: 3000, resent: 0, duplicated: 0, missing: 0 };
   const framed = (topic, values) => Buffer.concat(values.flatMap((value) => {
     const data = gateway.encode(topic, value);
@@ -153,8 +154,13 @@ function archive(gateway) {
     size.writeUInt32LE(data.length);
     return [size, data];
   }));
-  gateway.answers.set("/api/sessions", [other, entry]);
-  for (const [path, shown, moved] of [[base, entry, estimates], [base.replaceAll("5a", "5b"), other, estimates.map((one) => ({ ...one, session_id: id(0x5b), stiffness_N_per_m: one.status === 1 ? {} : matrix([260, 40, 44, 120], 5) }))]]) {
+  const stiffness = (session, value, error) => estimates.map((one) => ({ ...one, session_id: id(session), stiffness_N_per_m: one.status === 1 ? {} : matrix(value, error) }));
+  gateway.answers.set("/api/sessions", [other, entry, earlier]);
+  for (const [path, shown, moved] of [
+    [base, entry, estimates],
+    [base.replaceAll("5a", "5b"), other, stiffness(0x5b, [260, 40, 44, 120], 5)],
+    [base.replaceAll("5a", "5c"), earlier, stiffness(0x5c, [180, 60, 48, 140], 2)],
+  ]) {
     gateway.answers.set(path, { ...shown, certificate, trials: verdicts.map(({ attempt, trial_id }) => ({ trial_id: Buffer.from(trial_id).toString("hex"), attempt, posture: "reference", set: 1, end: 0, is_certified: true, first_sequence: 1, last_sequence: 1500, certificate })) });
     gateway.answers.set(`${path}/messages?topic=trial/verdict`, framed("trial/verdict", verdicts));
     gateway.answers.set(`${path}/messages?topic=estimate/history`, framed("estimate/condition", moved));
