@@ -216,6 +216,35 @@ async function compareSessions(browser, gateway, desk, stops) {
   }
 }
 
+/// A trial of the archive: its course over those before it, by keyboard; and one that the archive has no onset of.
+async function anyTrial(browser, gateway, desk, stops) {
+  for (const lookNumber of [0, 5]) {
+    gateway.forgetAll();
+    desk.enter(named("completed"));
+    const page = await openPage(browser, gateway, "archive", looks[lookNumber]);
+    const name = `a trial of the archive, ${looks[lookNumber].viewport.width}`;
+    await page.locator('[data-trial="2"]').focus({ timeout: STEP_MS });
+    await page.keyboard.press("Enter");
+    await until(async () => { const seen = await page.textContent("#archived-trial .caption"); return [seen === "Solid: x; dashed: y. Faint: the 1 before it. 12 samples of this trial are missing.", seen]; }, `${name}: says what is drawn`);
+    const seen = await page.evaluate(() => ({
+      head: document.querySelector("#archived-trial-age").textContent,
+      titles: Array.from(document.querySelectorAll("#archived-trial svg"), (one) => one.getAttribute("aria-label")),
+      courses: Array.from(document.querySelectorAll("#archived-trial svg"), (one) => [one.querySelectorAll(".course").length, one.querySelectorAll(".course.before").length].join(" of which before ")),
+      pressed: document.querySelector('[data-trial="2"]').getAttribute("aria-pressed"),
+      focus: document.activeElement.dataset.trial,
+    }));
+    if (seen.head !== "trial 2: reference, rejected: off target: 6.1 mm, at most 5 mm; early reaction") fail(`${name}: names trial and verdict; seen: ${seen.head}`);
+    if (seen.titles.join() !== "displacement (mm),force (N)") fail(`${name}: units; seen: ${seen.titles}`);
+    if (seen.courses.join() !== "4 of which before 2,4 of which before 2") fail(`${name}: both axes of both trials; seen: ${seen.courses}`);
+    if (seen.pressed !== "true" || seen.focus !== "2") fail(`${name}: the trial's button is pressed and keeps the focus; seen: ${seen.pressed}, ${seen.focus}`);
+    stops.add(await look(page, name));
+    await page.screenshot({ fullPage: true, path: join(screenshots, `archive-trial-${looks[lookNumber].viewport.width}.png`) });
+    await page.click('[data-trial="1"]');
+    await until(async () => { const said = await page.textContent("#archived-trial .caption"); return [said.includes("there is no such page"), said]; }, `${name}: says why there is nothing to draw`);
+    await page.context().close();
+  }
+}
+
 /// On paper nothing is cut off, and what is only for pressing is left out.
 async function print(browser, gateway, desk) {
   gateway.forgetAll();
@@ -277,6 +306,7 @@ async function load(browser, gateway) {
     await hangingGateway(browser, gateway, desk);
     await phone(browser, gateway, desk, stops);
     await compareSessions(browser, gateway, desk, stops);
+    await anyTrial(browser, gateway, desk, stops);
     await print(browser, gateway, desk);
     await load(browser, gateway);
     if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);

@@ -12,6 +12,8 @@ import { endNames, hex, nameOf, sessionPhaseNames } from "./names";
 import { MOST_COMPARED, type ComparedSession } from "./overlay";
 import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
+import { courseNote, TrialChart } from "./trial_chart";
+import type { Course } from "./trial_recorder";
 
 interface Certificate {
   expected: number;
@@ -24,6 +26,13 @@ interface Certificate {
 interface SessionDetail extends SessionEntry {
   certificate: Certificate;
   trials: { attempt: number; posture: string; end: number; is_certified: boolean; certificate: Certificate }[];
+}
+
+/// As services/dashboard/gateway/trial_course.hpp gives them.
+interface Courses {
+  displacement_unit: string;
+  force_unit: string;
+  courses: { attempt: number; posture: string; missing: number; times_s: number[]; displacement: [number[], number[]]; force: [number[], number[]] }[];
 }
 
 const connection = new Connection();
@@ -71,9 +80,11 @@ const detail = panel(
   el("div", { class: "row" }, el("label", {}, "Trials", trialFilter), ofSubject, compareNone),
   listTable(["Trial", "Posture", "End", "Verdict", "Samples", "Certified"], trialBody),
 );
+let chart = new TrialChart("Trial", "archived-trial");
+chart.root.hidden = true;
 const again = el("button", { type: "button", id: "reload" }, "Read again");
 again.addEventListener("click", () => void load());
-main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, comparison.root, view.root);
+main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, chart.root, comparison.root, view.root);
 view.root.hidden = true;
 
 function sortHead(key: SortKey, name: string): HTMLElement {
@@ -220,6 +231,8 @@ async function show(id: string): Promise<void> {
     );
     facts.dataset["session"] = id;
     trials = found.trials.map((trial) => ({ trial, verdict: byAttempt.get(trial.attempt) }));
+    shownTrial = 0;
+    chart.root.hidden = true;
     showTrials();
     shown = { id, estimates };
     chosen = chosen.filter((other) => other !== id);
@@ -237,6 +250,7 @@ async function show(id: string): Promise<void> {
   }
 }
 
+let shownTrial = 0; // attempt; 0: none
 let trials: { trial: SessionDetail["trials"][number]; verdict?: TrialVerdict }[] = [];
 
 function showTrials(): void {
@@ -267,12 +281,38 @@ async function session(id: string, known?: Estimate[]): Promise<ComparedSession>
   return { id, name: entry ? nameOfEntry(entry) : id.slice(0, 8), started_at: entry?.started_at ?? "", estimates: newestOf(history, (estimate) => hex(estimate.estimate_id)) };
 }
 
+/// One trial's displacement and force about its onset, over those of the trials before it.
+async function showTrial(trial: SessionDetail["trials"][number], verdict?: TrialVerdict): Promise<void> {
+  const id = shown?.id;
+  shownTrial = trial.attempt;
+  showTrials();
+  trialBody.querySelector<HTMLElement>(`[data-trial="${trial.attempt}"]`)?.focus();
+  const text = [trial.posture, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "without verdict"].filter((part) => part !== "").join(", ");
+  const drawn = new TrialChart("Trial", "archived-trial"); // with ranges of its own
+  chart.root.replaceWith(drawn.root);
+  chart = drawn;
+  const units = { displacement: "m", force: "N" };
+  drawn.show({ attempt: trial.attempt, text, note: "reading…" }, [], units);
+  try {
+    const found = await getJson<Courses>(`/api/sessions/${id}/courses/${trial.attempt}`);
+    const [course, ...before] = found.courses.map((one): Course => ({ times: one.times_s, displacement: one.displacement, force: one.force }));
+    const missing = found.courses[0]?.missing ?? 0;
+    const lost = missing > 0 ? ` ${missing} samples of this trial are missing.` : "";
+    drawn.show({ attempt: trial.attempt, text, course, note: courseNote(before.length) + lost }, before, { displacement: found.displacement_unit, force: found.force_unit });
+  } catch (error) {
+    drawn.show({ attempt: trial.attempt, text, note: (error as Error).message }, [], units);
+  }
+}
+
 function trialRow(trial: SessionDetail["trials"][number], verdict?: TrialVerdict): HTMLElement {
   const c = trial.certificate;
+  const isShown = trial.attempt === shownTrial;
+  const open = el("button", { type: "button", class: "sort", title: "Show this trial below", "data-trial": trial.attempt, "aria-pressed": String(isShown) }, String(trial.attempt));
+  open.addEventListener("click", () => void showTrial(trial, verdict));
   return el(
     "tr",
-    {},
-    el("td", {}, String(trial.attempt)),
+    { class: isShown ? "chosen" : undefined },
+    el("td", {}, open),
     el("td", {}, trial.posture),
     el("td", {}, nameOf(endNames, trial.end)),
     el("td", { class: verdict?.is_valid ? "good" : "bad", title: verdict?.detail }, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "none"),
