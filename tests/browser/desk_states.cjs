@@ -146,6 +146,7 @@ function archive(gateway) {
   const base = `/api/sessions/${Buffer.from(SESSION).toString("hex")}`;
   const entry = { session_id: "5a".repeat(16), subject: "sub-07", protocol: "unloaded", seed: 4711, planned_trials: 24, started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0" };
   const other = { ...entry, session_id: "5b".repeat(16), subject: "sub-08", started_at: "2026-03-03T09:30:00Z" };
+  const earlier = { ...entry, session_id: "5c".repeat(16), started_at: "2026-02-23T10:15:00Z" };
   const certificate = { expected: 3000, received: 3000, resent: 0, duplicated: 0, missing: 0 };
   const framed = (topic, values) => Buffer.concat(values.flatMap((value) => {
     const data = gateway.encode(topic, value);
@@ -153,9 +154,20 @@ function archive(gateway) {
     size.writeUInt32LE(data.length);
     return [size, data];
   }));
-  gateway.answers.set("/api/sessions", [other, entry]);
-  for (const [path, shown, moved] of [[base, entry, estimates], [base.replaceAll("5a", "5b"), other, estimates.map((one) => ({ ...one, session_id: id(0x5b), stiffness_N_per_m: one.status === 1 ? {} : matrix([260, 40, 44, 120], 5) }))]]) {
+  // A rise of 5 mm in 0.2 s after the onset, held by 1 N.
+  const times_s = Array.from({ length: 141 }, (_, i) => (i - 20) / 100);
+  const rise = (to) => times_s.map((time) => to * Math.min(1, Math.max(0, time / 0.2)));
+  const course = (attempt, missing, size) => ({ attempt, posture: "reference", missing, times_s, displacement: [rise(0.005 * size), rise(0)], force: [rise(size), rise(-0.2 * size)] });
+  const courses = { displacement_unit: "m", force_unit: "N", courses: [course(2, 12, 1), course(1, 0, 0.8)] };
+  const stiffness = (session, value, error) => estimates.map((one) => ({ ...one, session_id: id(session), stiffness_N_per_m: one.status === 1 ? {} : matrix(value, error) }));
+  gateway.answers.set("/api/sessions", [other, entry, earlier]);
+  for (const [path, shown, moved] of [
+    [base, entry, estimates],
+    [base.replaceAll("5a", "5b"), other, stiffness(0x5b, [260, 40, 44, 120], 5)],
+    [base.replaceAll("5a", "5c"), earlier, stiffness(0x5c, [180, 60, 48, 140], 2)],
+  ]) {
     gateway.answers.set(path, { ...shown, certificate, trials: verdicts.map(({ attempt, trial_id }) => ({ trial_id: Buffer.from(trial_id).toString("hex"), attempt, posture: "reference", set: 1, end: 0, is_certified: true, first_sequence: 1, last_sequence: 1500, certificate })) });
+    gateway.answers.set(`${path}/courses/2`, courses);
     gateway.answers.set(`${path}/messages?topic=trial/verdict`, framed("trial/verdict", verdicts));
     gateway.answers.set(`${path}/messages?topic=estimate/history`, framed("estimate/condition", moved));
     gateway.answers.set(`${path}/messages?topic=session/plan`, framed("session/plan", [{ ...plan, session_id: moved[0].session_id, subject: shown.subject }]));

@@ -176,6 +176,75 @@ async function phone(browser, gateway, desk, stops) {
   }
 }
 
+/// Sessions of the archive over each other: ellipses, elements in the order of time, and differences, which are those of the
+/// scripted matrices.
+async function compareSessions(browser, gateway, desk, stops) {
+  for (const lookNumber of [0, 5]) {
+    gateway.forgetAll();
+    desk.enter(named("completed"));
+    const page = await openPage(browser, gateway, "archive", looks[lookNumber]);
+    const name = `compared sessions, ${looks[lookNumber].viewport.width}`;
+    await page.locator("#session-facts[data-session]").waitFor({ timeout: STEP_MS });
+    const sessions = () => page.locator("#compared-sessions li").allTextContents();
+    await page.click("#compare-subject");
+    await until(async () => { const seen = await sessions(); return [seen.length === 2 && /^A: sub-07, .*\(open\)$/.test(seen[0]) && /^B: sub-07, unloaded, 2026-02-23 10:15/.test(seen[1]), seen]; }, `${name}: the subject's other session is chosen`);
+    await page.locator(`[data-compare="${"5b".repeat(16)}"]`).focus();
+    await page.keyboard.press("Space");
+    await until(async () => { const seen = await sessions(); return [seen.length === 3 && seen[2].startsWith("C: sub-08"), seen]; }, `${name}: a third one by keyboard`);
+    const seen = await page.evaluate(() => ({
+      facts: document.querySelector("#session-facts").dataset.session,
+      ellipses: Array.from(document.querySelectorAll("#overlay figure:last-of-type .ellipse"), (one) => [one.dataset.condition, one.getAttribute("stroke-dasharray")].join(" ")),
+      letters: Array.from(document.querySelectorAll("#over-time svg > text:not([text-anchor=end])"), (one) => one.textContent).filter((one) => /^[A-F]$/.test(one)),
+      rows: Array.from(document.querySelectorAll("#differences tr"), (row) => Array.from(row.cells, (cell) => cell.textContent).join("; ")),
+      own: document.querySelector(`[data-compare="${"5a".repeat(16)}"]`).disabled,
+      focus: document.activeElement.dataset.compare,
+    }));
+    if (seen.facts !== "5a".repeat(16)) fail(`${name}: the open session stays open; seen: ${seen.facts}`);
+    if (seen.focus !== "5b".repeat(16)) fail(`${name}: the focus stays; seen: ${seen.focus}`);
+    if (!seen.own) fail(`${name}: a session is not compared with itself`);
+    if (seen.ellipses.length !== 6 || new Set(seen.ellipses).size !== 6) fail(`${name}: two postures of three sessions, each with its dash; seen: ${seen.ellipses}`);
+    if (seen.letters.join("") !== "BAC") fail(`${name}: in the order of their start; seen: ${seen.letters}`);
+    // 220 - 180, errors 4 and 2 with the quantile 1.97: 1.97 * sqrt(16 + 4); 220 - 260: 1.97 * sqrt(16 + 25).
+    for (const wanted of ["B; reference; Kxx; 220.0; 180.0; 40.0 ± 8.8 *; N/m", "C; reference; Kxx; 220.0; 260.0; -40 ± 13 *; N/m", "B; reference; Kyy; 140.0; 140.0; 0.0 ± 8.8; N/m"])
+      if (!seen.rows.includes(wanted)) fail(`${name}: "${wanted}" among the differences; seen: ${seen.rows.filter((row) => /; K/.test(row)).join(" | ")}`);
+    await page.waitForTimeout(1000); // the ellipses have grown
+    stops.add(await look(page, name));
+    await page.screenshot({ fullPage: true, path: join(screenshots, `archive-compared-${looks[lookNumber].viewport.width}.png`) });
+    await page.click("#compare-none");
+    await page.locator("#comparison").waitFor({ state: "hidden", timeout: STEP_MS });
+    await page.context().close();
+  }
+}
+
+/// A trial of the archive: its course over those before it, by keyboard; and one that the archive has no onset of.
+async function anyTrial(browser, gateway, desk, stops) {
+  for (const lookNumber of [0, 5]) {
+    gateway.forgetAll();
+    desk.enter(named("completed"));
+    const page = await openPage(browser, gateway, "archive", looks[lookNumber]);
+    const name = `a trial of the archive, ${looks[lookNumber].viewport.width}`;
+    await page.locator('[data-trial="2"]').focus({ timeout: STEP_MS });
+    await page.keyboard.press("Enter");
+    await until(async () => { const seen = await page.textContent("#archived-trial .caption"); return [seen === "Solid: x; dashed: y. Faint: the 1 before it. 12 samples of this trial are missing.", seen]; }, `${name}: says what is drawn`);
+    const seen = await page.evaluate(() => ({
+      head: document.querySelector("#archived-trial-age").textContent,
+      titles: Array.from(document.querySelectorAll("#archived-trial svg"), (one) => one.getAttribute("aria-label")),
+      courses: Array.from(document.querySelectorAll("#archived-trial svg"), (one) => [one.querySelectorAll(".course").length, one.querySelectorAll(".course.before").length].join(" of which before ")),
+      pressed: document.querySelector('[data-trial="2"]').getAttribute("aria-pressed"),
+      focus: document.activeElement.dataset.trial,
+    }));
+    if (seen.head !== "trial 2: reference, rejected: off target: 6.1 mm, at most 5 mm; early reaction") fail(`${name}: names trial and verdict; seen: ${seen.head}`);
+    if (seen.titles.join() !== "displacement (mm),force (N)") fail(`${name}: units; seen: ${seen.titles}`);
+    if (seen.courses.join() !== "4 of which before 2,4 of which before 2") fail(`${name}: both axes of both trials; seen: ${seen.courses}`);
+    if (seen.pressed !== "true" || seen.focus !== "2") fail(`${name}: the trial's button is pressed and keeps the focus; seen: ${seen.pressed}, ${seen.focus}`);
+    stops.add(await look(page, name));
+    await page.screenshot({ fullPage: true, path: join(screenshots, `archive-trial-${looks[lookNumber].viewport.width}.png`) });
+    await page.click('[data-trial="1"]');
+    await until(async () => { const said = await page.textContent("#archived-trial .caption"); return [said.includes("there is no such page"), said]; }, `${name}: says why there is nothing to draw`);
+    await page.context().close();
+  }
+}
+
 /// On paper nothing is cut off, and what is only for pressing is left out.
 async function print(browser, gateway, desk) {
   gateway.forgetAll();
@@ -236,6 +305,8 @@ async function load(browser, gateway) {
     await twoOperators(browser, gateway, desk);
     await hangingGateway(browser, gateway, desk);
     await phone(browser, gateway, desk, stops);
+    await compareSessions(browser, gateway, desk, stops);
+    await anyTrial(browser, gateway, desk, stops);
     await print(browser, gateway, desk);
     await load(browser, gateway);
     if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);

@@ -185,7 +185,10 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     if (page == nullptr)
       return respond(http::status::not_found, "text/plain; charset=utf-8", "there is no such page\n");
     is_kept_ = page->is_named_by_content;
-    respond(http::status::ok, page->type, page->content);
+    const auto [body, coding] = representation(*page, text_of(request_[http::field::accept_encoding]));
+    is_negotiated_ = true;
+    coding_ = coding;
+    respond(http::status::ok, page->type, body);
   }
 
   void upgrade(Role role) {
@@ -246,7 +249,11 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     if (!location_.empty()) response_.set(http::field::location, location_);
     location_.clear();
     if (status == http::status::unauthorized) response_.set(http::field::www_authenticate, "Bearer");
+    if (is_negotiated_) response_.set(http::field::vary, "Accept-Encoding");
+    if (!coding_.empty()) response_.set(http::field::content_encoding, coding_);
     is_kept_ = false;
+    is_negotiated_ = false;
+    coding_.clear();
     is_report_ = false;
     response_.keep_alive(!is_last && request_.keep_alive());
     response_.body() = std::move(body);
@@ -275,7 +282,9 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   Request request_;
   Response response_;
   bool is_kept_ = false;
-  std::string location_;  // of the next response; empty: none
+  std::string location_;        ///< Of the next response; empty: none.
+  bool is_negotiated_ = false;  ///< Another client may get the same page in another form.
+  std::string coding_;          ///< Of the answer; empty: as it is.
   bool is_report_ = false;
 };
 

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <array>
+#include <charconv>
 #include <chrono>
 #include <functional>
 #include <map>
@@ -17,6 +18,7 @@
 #include "services/core/text_file.hpp"
 #include "services/dashboard/gateway/json_messages.hpp"
 #include "services/dashboard/gateway/pages.hpp"
+#include "services/dashboard/gateway/trial_course.hpp"
 #include "services/store/open_store.hpp"
 #include "services/store/session_reader.hpp"
 
@@ -174,6 +176,19 @@ std::optional<ApiAnswer> session_json(store::Store& store, const Id& id, std::st
   return ApiAnswer{200, "application/json", json_list(texts)};
 }
 
+/// `attempt`: the rest of the path.
+ApiAnswer session_courses(store::Store& store, const Id& id, std::string_view attempt) {
+  std::uint32_t number = 0;
+  const auto [end, error] = std::from_chars(attempt.data(), attempt.data() + attempt.size(), number);
+  if (error != std::errc() || end != attempt.data() + attempt.size())
+    return refusal(404, fmt::format("trial '{:.20}' is not allowed; expected a number", attempt));
+  const auto session = store::read_session(store, id);
+  if (!session) return refusal(session.error());
+  auto text = trial_courses(store, *session, number);
+  if (!text) return refusal(text.error());
+  return {200, "application/json", std::move(*text)};
+}
+
 ApiAnswer archived(const std::string& name, std::string_view rest, std::string_view topic) {
   const auto store = store::open_store_for_reading(name);
   if (!store) return refusal(store.error());
@@ -185,6 +200,9 @@ ApiAnswer archived(const std::string& name, std::string_view rest, std::string_v
   if (slash == std::string_view::npos) return session_summary(**store, *record);
   if (rest.substr(slash) == "/messages") return session_messages(**store, record->session, topic);
   if (auto answer = session_json(**store, record->session, rest.substr(slash))) return *std::move(answer);
+  constexpr std::string_view kCourses = "/courses/";
+  if (rest.substr(slash).starts_with(kCourses))
+    return session_courses(**store, record->session, rest.substr(slash + kCourses.size()));
   return refusal(404, "there is no such page");
 }
 

@@ -32,6 +32,9 @@ struct ApiFolders {
 ///     /api/sessions/ID/messages   ?topic=session/plan, session/state, estimate/condition, trial/outcome,
 ///                                 trial/verdict or rig/description: CDR messages as the bus carries them,
 ///                                 each after its length in bytes (uint32, little endian)
+///     /api/sessions/ID/courses/ATTEMPT
+///                                 displacement and force about a trial's onset, and of the eight before it:
+///                                 trial_course.hpp
 ///     /api/reports                [{"path", "bytes", "modified"}]
 ///     /reports/PATH               a file of the reports' folder
 ///

@@ -1,16 +1,19 @@
 // The archive's page: past sessions, their results, and reports.
 
 import { get, getJson, token } from "./access";
-import { differences, filtered, newestOf, sorted, type Difference, type SessionEntry, type SortKey } from "./archive_lists";
+import { filtered, newestOf, sorted, type SessionEntry, type SortKey } from "./archive_lists";
+import { ComparisonView } from "./comparison_view";
 import { Connection } from "./connection";
 import type { Estimate, SessionPlan, SessionState, TrialVerdict } from "./contract";
 import { el, panel, setText } from "./dom";
 import { groupReports, type Report, type ReportFile } from "./reports";
 import { archivedMessages } from "./framed_messages";
-import { withError } from "./matrices";
 import { endNames, hex, nameOf, sessionPhaseNames } from "./names";
+import { MOST_COMPARED, type ComparedSession } from "./overlay";
 import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
+import { courseNote, TrialChart } from "./trial_chart";
+import type { Course } from "./trial_recorder";
 
 interface Certificate {
   expected: number;
@@ -25,6 +28,13 @@ interface SessionDetail extends SessionEntry {
   trials: { attempt: number; posture: string; end: number; is_certified: boolean; certificate: Certificate }[];
 }
 
+/// As services/dashboard/gateway/trial_course.hpp gives them.
+interface Courses {
+  displacement_unit: string;
+  force_unit: string;
+  courses: { attempt: number; posture: string; missing: number; times_s: number[]; displacement: [number[], number[]]; force: [number[], number[]] }[];
+}
+
 const connection = new Connection();
 const { main, say } = buildShell(connection, "/archive");
 const view = new ResultsView({ say });
@@ -35,12 +45,13 @@ const columns: readonly [SortKey, string][] = [
 const order = { key: "started_at" as SortKey, isDescending: true };
 let entries: SessionEntry[] = [];
 let shown: { id: string; estimates: Estimate[] } | undefined;
+let chosen: string[] = []; // sessions to compare with the one that is shown
 
 const sessionBody = el("tbody", { id: "sessions" });
 const filter = el("input", { type: "search", id: "filter", placeholder: "subject, protocol, date, version…" });
 filter.addEventListener("input", () => showList());
 const sortHeads = columns.map(([key, name]) => sortHead(key, name));
-const sessionTable = el("table", {}, el("thead", {}, el("tr", {}, ...sortHeads)), sessionBody);
+const sessionTable = el("table", {}, el("thead", {}, el("tr", {}, ...sortHeads, el("th", { scope: "col" }, "Compare"))), sessionBody);
 const sessions = panel(
   "Sessions",
   "session-list",
@@ -57,22 +68,24 @@ const trialFilter = el(
   ...[["all", "all trials"], ["valid", "valid ones"], ["rejected", "rejected ones"], ["none", "without verdict"]].map(([value, name]) => el("option", { value: value! }, name!)),
 );
 trialFilter.addEventListener("change", () => showTrials());
-const compared = el("select", { id: "compare" }, el("option", { value: "" }, "no other session"));
-compared.addEventListener("change", () => void compare());
-const differenceBody = el("tbody", { id: "differences" });
-const differencePanel = panel("Difference to the other session, ± half of the 95 % interval", "difference", listTable(["Condition, method", "Element", "Here", "There", "Difference", "Unit"], differenceBody));
+const comparison = new ComparisonView();
+const ofSubject = el("button", { type: "button", id: "compare-subject" }, "Compare with this subject's others");
+ofSubject.addEventListener("click", () => compareSubject());
+const compareNone = el("button", { type: "button", id: "compare-none" }, "Compare with none");
+compareNone.addEventListener("click", () => choose([]));
 const detail = panel(
   "Session",
   "session-detail",
   facts,
-  el("div", { class: "row" }, el("label", {}, "Trials", trialFilter), el("label", {}, "Compare with", compared)),
+  el("div", { class: "row" }, el("label", {}, "Trials", trialFilter), ofSubject, compareNone),
   listTable(["Trial", "Posture", "End", "Verdict", "Samples", "Certified"], trialBody),
 );
+let chart = new TrialChart("Trial", "archived-trial");
+chart.root.hidden = true;
 const again = el("button", { type: "button", id: "reload" }, "Read again");
 again.addEventListener("click", () => void load());
-main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, differencePanel.root, view.root);
+main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, chart.root, comparison.root, view.root);
 view.root.hidden = true;
-differencePanel.root.hidden = true;
 
 function sortHead(key: SortKey, name: string): HTMLElement {
   const sort = el("button", { type: "button", class: "sort" }, name);
@@ -102,7 +115,6 @@ async function loadSessions(): Promise<void> {
     const list = await getJson<SessionEntry[]>("/api/sessions");
     entries = list;
     showList();
-    compared.replaceChildren(el("option", { value: "" }, "no other session"), ...list.map((entry) => el("option", { value: entry.session_id }, nameOfEntry(entry))));
     const wanted = location.hash.slice(1);
     if (wanted && list.some((entry) => entry.session_id === wanted)) await show(wanted);
   } catch (error) {
@@ -133,6 +145,7 @@ function sessionRow(entry: SessionEntry): HTMLElement {
     el("td", {}, entry.protocol),
     el("td", { class: "number" }, String(entry.planned_trials)),
     el("td", {}, open),
+    el("td", {}, chooser(entry)),
   );
   // The whole row opens it; the keyboard has the button.
   row.addEventListener("click", () => {
@@ -140,6 +153,38 @@ function sessionRow(entry: SessionEntry): HTMLElement {
     void show(entry.session_id);
   });
   return row;
+}
+
+/// Whether a session is compared with the open one.
+function chooser(entry: SessionEntry): HTMLElement {
+  const isChosen = chosen.includes(entry.session_id);
+  const isFull = !isChosen && chosen.length >= MOST_COMPARED - 1;
+  const isShown = shown?.id === entry.session_id;
+  const why = isShown ? "it is open" : isFull ? `${MOST_COMPARED} sessions are compared at most` : undefined;
+  const box = el("input", { type: "checkbox", "data-compare": entry.session_id, "aria-label": `compare ${nameOfEntry(entry)}`, disabled: why !== undefined, title: why });
+  box.checked = isChosen && !isShown;
+  box.addEventListener("click", (event) => event.stopPropagation()); // the row opens
+  box.addEventListener("change", () => {
+    choose(box.checked ? [...chosen, entry.session_id] : chosen.filter((id) => id !== entry.session_id));
+    sessionBody.querySelector<HTMLElement>(`[data-compare="${entry.session_id}"]`)?.focus();
+  });
+  return box;
+}
+
+function choose(ids: string[]): void {
+  chosen = ids;
+  showList();
+  void compare();
+}
+
+/// The newest other sessions of the subject of the open one.
+function compareSubject(): void {
+  const open = entries.find(({ session_id }) => session_id === shown?.id);
+  const others = entries.filter(({ session_id, subject }) => open && subject === open.subject && session_id !== open.session_id);
+  choose(sorted(others, "started_at", true).slice(0, MOST_COMPARED - 1).map(({ session_id }) => session_id));
+  if (!open) say("Open a session first.", true);
+  else if (others.length === 0) say(`The archive has no other session of ${open.subject}.`);
+  else if (others.length >= MOST_COMPARED) say(`Compared with the newest ${MOST_COMPARED - 1} of ${others.length} others.`);
 }
 
 async function loadReports(): Promise<void> {
@@ -186,8 +231,11 @@ async function show(id: string): Promise<void> {
     );
     facts.dataset["session"] = id;
     trials = found.trials.map((trial) => ({ trial, verdict: byAttempt.get(trial.attempt) }));
+    shownTrial = 0;
+    chart.root.hidden = true;
     showTrials();
     shown = { id, estimates };
+    chosen = chosen.filter((other) => other !== id);
     showList();
     void compare();
     const [plan] = await messages<SessionPlan>(base, "session/plan", "session/plan", "SessionPlan");
@@ -202,6 +250,7 @@ async function show(id: string): Promise<void> {
   }
 }
 
+let shownTrial = 0; // attempt; 0: none
 let trials: { trial: SessionDetail["trials"][number]; verdict?: TrialVerdict }[] = [];
 
 function showTrials(): void {
@@ -210,44 +259,60 @@ function showTrials(): void {
   trialBody.replaceChildren(...wanted.map(({ trial, verdict }) => trialRow(trial, verdict)));
 }
 
-/// The newest estimates of the session on display and of the other one, element by element.
+/// The newest estimates of the open session and of the chosen ones.
 async function compare(): Promise<void> {
-  const id = compared.value;
-  differencePanel.root.hidden = !shown || id === "";
-  if (!shown || id === "") return;
-  setText(differencePanel.age, "reading…");
+  const [open, others] = [shown, chosen];
+  if (!open || others.length === 0) return comparison.show([]);
+  setText(comparison.age, "reading…");
   try {
-    const other = await messages<Estimate>(`/api/sessions/${id}`, "estimate/history", "estimate/condition", "Estimate");
-    if (compared.value !== id) return;
-    const idOf = (estimate: Estimate): string => hex(estimate.estimate_id);
-    const rows = differences(newestOf(shown.estimates, idOf), newestOf(other, idOf));
-    differenceBody.replaceChildren(...rows.map(differenceRow));
-    setText(differencePanel.age, rows.length > 0 ? `${rows.length} elements in common` : "no condition in common");
+    const found = await Promise.all([open.id, ...others].map((id) => (id === open.id ? session(id, open.estimates) : session(id))));
+    if (shown !== open || chosen !== others) return; // another choice was made meanwhile
+    comparison.show(found);
+    setText(comparison.age, `${found.length} sessions, from the archive`);
   } catch (error) {
-    setText(differencePanel.age, (error as Error).message);
+    comparison.show([]);
+    say(`Not compared: ${(error as Error).message}`, true);
   }
 }
 
-function differenceRow(row: Difference): HTMLElement {
-  const isApart = Math.abs(row.difference) > row.half95;
-  return el(
-    "tr",
-    {},
-    el("td", {}, `${row.condition}, ${row.method}`),
-    el("td", {}, `${row.matrix}${row.element}`),
-    el("td", { class: "number" }, row.here.toPrecision(4)),
-    el("td", { class: "number" }, row.other.toPrecision(4)),
-    el("td", { class: "number", title: isApart ? "the interval does not hold zero" : "the interval holds zero" }, withError(row.difference, row.half95) + (isApart ? " *" : "")),
-    el("td", {}, row.unit),
-  );
+async function session(id: string, known?: Estimate[]): Promise<ComparedSession> {
+  const history = known ?? (await messages<Estimate>(`/api/sessions/${id}`, "estimate/history", "estimate/condition", "Estimate"));
+  const entry = entries.find(({ session_id }) => session_id === id);
+  return { id, name: entry ? nameOfEntry(entry) : id.slice(0, 8), started_at: entry?.started_at ?? "", estimates: newestOf(history, (estimate) => hex(estimate.estimate_id)) };
+}
+
+/// One trial's displacement and force about its onset, over those of the trials before it.
+async function showTrial(trial: SessionDetail["trials"][number], verdict?: TrialVerdict): Promise<void> {
+  const id = shown?.id;
+  shownTrial = trial.attempt;
+  showTrials();
+  trialBody.querySelector<HTMLElement>(`[data-trial="${trial.attempt}"]`)?.focus();
+  const text = [trial.posture, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "without verdict"].filter((part) => part !== "").join(", ");
+  const drawn = new TrialChart("Trial", "archived-trial"); // with ranges of its own
+  chart.root.replaceWith(drawn.root);
+  chart = drawn;
+  const units = { displacement: "m", force: "N" };
+  drawn.show({ attempt: trial.attempt, text, note: "reading…" }, [], units);
+  try {
+    const found = await getJson<Courses>(`/api/sessions/${id}/courses/${trial.attempt}`);
+    const [course, ...before] = found.courses.map((one): Course => ({ times: one.times_s, displacement: one.displacement, force: one.force }));
+    const missing = found.courses[0]?.missing ?? 0;
+    const lost = missing > 0 ? ` ${missing} samples of this trial are missing.` : "";
+    drawn.show({ attempt: trial.attempt, text, course, note: courseNote(before.length) + lost }, before, { displacement: found.displacement_unit, force: found.force_unit });
+  } catch (error) {
+    drawn.show({ attempt: trial.attempt, text, note: (error as Error).message }, [], units);
+  }
 }
 
 function trialRow(trial: SessionDetail["trials"][number], verdict?: TrialVerdict): HTMLElement {
   const c = trial.certificate;
+  const isShown = trial.attempt === shownTrial;
+  const open = el("button", { type: "button", class: "sort", title: "Show this trial below", "data-trial": trial.attempt, "aria-pressed": String(isShown) }, String(trial.attempt));
+  open.addEventListener("click", () => void showTrial(trial, verdict));
   return el(
     "tr",
-    {},
-    el("td", {}, String(trial.attempt)),
+    { class: isShown ? "chosen" : undefined },
+    el("td", {}, open),
     el("td", {}, trial.posture),
     el("td", {}, nameOf(endNames, trial.end)),
     el("td", { class: verdict?.is_valid ? "good" : "bad", title: verdict?.detail }, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "none"),

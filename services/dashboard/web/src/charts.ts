@@ -148,6 +148,25 @@ export function methodChart(estimates: Estimate[], name: MatrixName): SVGSVGElem
   );
 }
 
+/// A matrix's elements in each session, in the order given; the letters name the sessions.
+export function sessionsChart(sessions: readonly { letter: string; name: string; estimate: Estimate }[], name: MatrixName): SVGSVGElement {
+  const first = sessions[0]?.estimate;
+  if (!first) return empty(`${name} by session`);
+  const elements = elementsOf(first);
+  const groups = sessions.map(({ letter, name: session, estimate }) => {
+    const matrix = matrixOf(estimate, name);
+    const dotOf = (i: number, tone: number): Dot => ({
+      value: matrix.value[i]!,
+      low: matrix.low95[i]!,
+      high: matrix.high95[i]!,
+      tone,
+      title: `${session}: ${name}${elementNames[i]!} ${matrix.value[i]!.toPrecision(4)}`,
+    });
+    return { name: letter, dots: elements.map(dotOf) };
+  });
+  return dots(`${name} by session`, unitOf(first, name), groups, true);
+}
+
 interface SpringPoint {
   name: string;
   posture: string;

@@ -1,7 +1,8 @@
 // The ellipses of one matrix at the postures where they were measured; new ones grow into their place. Where several
 // conditions were measured at a posture, those of single sets are drawn faint, and the chosen one stands out. The scale is that
 // of the estimates: a wide interval is cut off at the edge of its posture's place. A posture whose estimate is not determined
-// yet has an empty circle and the number of its trials.
+// yet has an empty circle and the number of its trials. Of several sessions drawn over each other, colour and dash are the
+// session's, and intervals are left out.
 
 import { EstimateStatus, type Estimate } from "./contract";
 import { el, svg } from "./dom";
@@ -18,6 +19,7 @@ import {
   type Ellipse,
   type MatrixName,
 } from "./matrices";
+import type { Look } from "./overlay";
 import { colourOf, dashOf, markerAt, postureTones } from "./posture_style";
 
 const SIZE = 330; // of the drawing, user units
@@ -33,6 +35,7 @@ interface Drawn {
   label: string;
   posture: string;
   place: number; // of posture_style.ts
+  isMarked: boolean; // with the posture's marker at its place
   isFaint: boolean;
   isChosen: boolean;
   ellipse?: Ellipse; // none: not determined
@@ -54,11 +57,16 @@ export class EllipseChart {
     this.root.append(el("h3", {}, matrixTitles[name]), this.#drawing);
   }
 
-  /// `chosen`: the condition that stands out. `planned`: trials of each posture, where the plan is known.
-  update(estimates: Estimate[], chosen: string, planned: ReadonlyMap<string, number>): void {
+  /// `chosen`: the condition that stands out. `planned`: trials of each posture, where the plan is known. `looks`: of which
+  /// session each estimate is, where there are several.
+  update(estimates: Estimate[], chosen: string, planned: ReadonlyMap<string, number>, looks?: ReadonlyMap<Estimate, Look>): void {
     const places = postureTones(estimates);
     const items = estimates
-      .flatMap((estimate) => this.#item(estimate, places.get(postureOf(estimate)) ?? 0, chosen, planned))
+      .flatMap((estimate) => {
+        const item = this.#item(estimate, places.get(postureOf(estimate)) ?? 0, chosen, planned);
+        const look = looks?.get(estimate);
+        return look ? item.filter(({ ellipse }) => ellipse).map((one) => ofSession(one, look)) : item;
+      })
       .sort((a, b) => Number(a.isChosen) - Number(b.isChosen));
     this.#drawing.setAttribute(
       "aria-label",
@@ -94,6 +102,7 @@ export class EllipseChart {
         label,
         posture: postureOf(estimate),
         place,
+        isMarked: true,
         isFaint: !isWhole(estimate) && !isChosen,
         isChosen,
         ellipse,
@@ -121,7 +130,8 @@ export class EllipseChart {
       if (named.has(item.posture)) continue;
       named.add(item.posture);
       const tone = toneClass(colourOf(item.place));
-      const mark = svg("g", { class: tone }, markerAt(item.place, x, y, ellipse ? 0.6 : 1));
+      const mark = svg("g", { class: tone });
+      if (item.isMarked) mark.append(markerAt(item.place, x, y, ellipse ? 0.6 : 1));
       if (!ellipse) mark.append(svg("circle", { cx: x, cy: y, r: 0.4 * places.radius, class: "undetermined" }));
       const name = [item.posture.slice(0, 24), item.note].filter((part) => part !== "").join(": ");
       this.#drawing.append(mark, svg("text", { x, y: y + places.radius + 13, "text-anchor": "middle", class: "small" }, name));
@@ -161,6 +171,9 @@ export class EllipseChart {
     );
   }
 }
+
+const ofSession = (item: Drawn, { letter, place }: Look): Drawn =>
+  ({ ...item, label: `${letter}: ${item.label}`, place, isMarked: false, inner: undefined, outer: undefined });
 
 /// Where postures lie in the drawing: in columns and rows as they lie before the subject (x to the right, y ahead = up), but
 /// evenly, so that each ellipse has the room that there is.

@@ -22,7 +22,7 @@ import { hex } from "./names";
 import { colourOf, keyOf, postureTones } from "./posture_style";
 import { ResultsTable, type TableActions } from "./results_table";
 
-const USUAL_METHOD = "state_variable";
+export const USUAL_METHOD = "state_variable";
 
 export class ResultsView {
   readonly root = el("div", { class: "results" });
@@ -171,7 +171,7 @@ export class ResultsView {
   }
 }
 
-function legend(list: HTMLElement, names: string[]): HTMLElement {
+export function legend(list: HTMLElement, names: string[]): HTMLElement {
   list.replaceChildren(...names.map((name, i) => el("li", { class: toneClass(i) }, name)));
   return list;
 }
@@ -184,9 +184,9 @@ function postureLegend(list: HTMLElement, places: ReadonlyMap<string, number>): 
   list.replaceChildren(...[...places].map(([name, place]) => el("li", { class: toneClass(colourOf(place)) }, keyOf(place), name)));
 }
 
-const unique = (names: string[]): string[] => [...new Set(names)];
+export const unique = (names: string[]): string[] => [...new Set(names)];
 
-function keepChoices(select: HTMLSelectElement, names: string[], usual = ""): void {
+export function keepChoices(select: HTMLSelectElement, names: string[], usual = ""): void {
   if (names.join("\n") === Array.from(select.options, (option) => option.value).join("\n")) return;
   const chosen = select.value || usual;
   select.replaceChildren(...names.map((name) => el("option", { value: name }, name)));

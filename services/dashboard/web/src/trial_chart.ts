@@ -12,10 +12,13 @@ export interface ShownTrial {
   attempt: number;
   text: string; // posture, verdict
   course?: Course;
+  note?: string; // in place of the usual one
 }
 
 const isInside = (time: number): boolean => time >= -BEFORE_S && time <= AFTER_S;
 const x = (time: number): number => BOX.left + ((time + BEFORE_S) / (AFTER_S + BEFORE_S)) * (WIDTH - BOX.left - BOX.right);
+
+export const courseNote = (before: number): string => `Solid: x; dashed: y. Faint: the ${before} before it.`;
 
 export class TrialChart {
   readonly root: HTMLElement;
@@ -24,22 +27,24 @@ export class TrialChart {
   #drawings = [svg("svg"), svg("svg")];
   #ranges: [number, number] = [0.1, 0.1]; // half heights; they grow only
 
-  constructor() {
+  /// `id` is the panel's.
+  constructor(title = "Last trial", id = "last-trial") {
     for (const drawing of this.#drawings) {
       drawing.setAttribute("viewBox", `0 0 ${WIDTH} ${HEIGHT}`);
       drawing.setAttribute("role", "img");
       drawing.setAttribute("width", "100%");
       drawing.style.aspectRatio = `${WIDTH} / ${HEIGHT}`;
     }
-    const made = panel("Last trial", "last-trial", this.#note, ...this.#drawings);
+    const made = panel(title, id, this.#note, ...this.#drawings);
     this.root = made.root;
+    this.root.classList.add("trial-course");
     this.#age = made.age;
   }
 
   show(trial: ShownTrial | undefined, before: readonly Course[], units: { displacement: string; force: string }): void {
     setText(this.#age, trial ? `trial ${trial.attempt}: ${trial.text}` : "none yet");
     const isSeen = trial?.course !== undefined;
-    setText(this.#note, !trial ? "" : isSeen ? `Solid: x; dashed: y. Faint: the ${before.length} before it.` : "This page was not open at its onset; the archive has its samples.");
+    setText(this.#note, !trial ? "" : trial.note !== undefined ? trial.note : isSeen ? courseNote(before.length) : "This page was not open at its onset; the archive has its samples.");
     const scale = units.displacement === "m" ? 1000 : 1;
     const displacement = units.displacement === "m" ? "mm" : units.displacement;
     this.#draw(0, `displacement (${displacement})`, before.map((one) => one), trial?.course, (course) => course.displacement, scale);

@@ -32,7 +32,7 @@ ServerOptions on_free_port(ServerOptions options) {
 
 }  // namespace
 
-Gateway::Gateway(Access access, ServerOptions options, Hub::Options hub_options)
+Gateway::Gateway(Access access, ServerOptions options, Hub::Options hub_options, std::optional<Pages> pages)
     : hub_(offered_topics(), std::move(hub_options), clock_,
            [this](OperatorRequest request) {
              const std::lock_guard lock(mutex_);
@@ -40,7 +40,7 @@ Gateway::Gateway(Access access, ServerOptions options, Hub::Options hub_options)
            }),
       inbox_([this] { server_->wake(); }) {
   auto server =
-      Server::create(on_free_port(std::move(options)), std::move(access), std::nullopt, hub_, clock_);
+      Server::create(on_free_port(std::move(options)), std::move(access), std::move(pages), hub_, clock_);
   if (!server) {
     error_ = server.error().message;
     return;

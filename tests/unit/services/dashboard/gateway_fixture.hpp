@@ -25,7 +25,8 @@ constexpr std::chrono::seconds kLimit{20};
 /// A gateway without a bus, on a free port of the loopback.
 class Gateway {
  public:
-  explicit Gateway(Access access = Access({}, {}), ServerOptions options = {}, Hub::Options hub_options = {});
+  explicit Gateway(Access access = Access({}, {}), ServerOptions options = {}, Hub::Options hub_options = {},
+                   std::optional<Pages> pages = std::nullopt);
   ~Gateway();
 
   [[nodiscard]] std::uint16_t port() const { return port_; }

@@ -57,6 +57,51 @@ TEST_F(PagesTest, NothingElseIsFound) {
     EXPECT_EQ(pages->find(path), nullptr) << path;
 }
 
+TEST_F(PagesTest, ACompressedFileIsAFormOfItsPageAndNoPageOfItsOwn) {
+  write("index.html", "operator");
+  write("assets/a.js", "a long, long script");
+  write("assets/a.js.br", "br");
+  write("assets/a.js.gz", "gzip");
+  write("alone.gz", "a file as any other");
+  const auto pages = Pages::load(folder_.path());
+  ASSERT_TRUE(pages) << pages.error().message;
+  EXPECT_EQ(pages->size(), 3U);
+  EXPECT_EQ(pages->find("/assets/a.js.br"), nullptr);
+  EXPECT_EQ(pages->find("/assets/a.js.gz"), nullptr);
+  EXPECT_EQ(pages->find("/alone.gz")->content, "a file as any other");
+  const Page* script = pages->find("/assets/a.js");
+  ASSERT_NE(script, nullptr);
+  EXPECT_EQ(script->content, "a long, long script");
+  EXPECT_EQ(representation(*script, "gzip, br").body, "br");
+}
+
+TEST(Representation, IsTheSmallestThatTheClientTakes) {
+  Page page;
+  page.content = "0123456789";
+  page.gzip = "01234";
+  page.brotli = "0123";
+  const auto coding = [&page](const char* header) { return representation(page, header).coding; };
+  EXPECT_EQ(coding("gzip, deflate, br"), "br");
+  EXPECT_EQ(coding("br;q=0.1, gzip;q=1.0"), "br") << "both are welcome";
+  EXPECT_EQ(coding("gzip, deflate"), "gzip");
+  EXPECT_EQ(coding("GZIP"), "gzip");
+  EXPECT_EQ(coding("*"), "br");
+  EXPECT_EQ(coding("br;q=0, *"), "gzip");
+  EXPECT_EQ(coding("gzip;q=0.5, br ; q=0.000"), "gzip");
+  for (const char* header :
+       {"", "identity", "deflate", "gzip;q=0, br;q=0", "*;q=0", "gzipped", "xbr", ",;=", "\xff"})
+    EXPECT_EQ(coding(header), "") << header;
+  EXPECT_EQ(representation(page, "").body, page.content);
+}
+
+TEST(Representation, IsThePageItselfWhereNothingIsSmaller) {
+  Page page;
+  page.content = "0123";
+  EXPECT_EQ(representation(page, "gzip, br").body, page.content);
+  page.gzip = "a longer one";
+  EXPECT_EQ(representation(page, "gzip, br").coding, "");
+}
+
 TEST_F(PagesTest, AFolderWithoutPagesIsAnErrorThatNamesIt) {
   const auto pages = Pages::load(folder_.path());
   ASSERT_FALSE(pages);

@@ -1,16 +1,20 @@
 #include "services/dashboard/gateway/server.hpp"
 
+#include <fstream>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 #include <sstream>
 
+#include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/dashboard/gateway_fixture.hpp"
 
 namespace tonus::dashboard::testing {
 namespace {
 
 using nlohmann::json;
+using ::testing::EndsWith;
 using ::testing::HasSubstr;
+using ::testing::Not;
 
 const std::string kViewToken = "view-token-0123456789";
 const std::string kOperateToken = "operate-token-0123456789";
@@ -87,6 +91,30 @@ TEST(Server, GivesMetricsInPrometheusTextFormat) {
   EXPECT_THAT(answer, HasSubstr("200 OK"));
   EXPECT_THAT(answer, HasSubstr("Content-Type: text/plain; version=0.0.4"));
   EXPECT_THAT(answer, HasSubstr("# TYPE tonus_gateway_clients gauge\ntonus_gateway_clients 0\n"));
+}
+
+TEST(Server, GivesAPageCompressedToWhoTakesItSoAndAsItIsToOthers) {
+  const ::tonus::testing::TemporaryFolder folder;
+  for (const auto& [name, text] : {std::pair{"index.html", "the whole text"}, {"index.html.gz", "small"}})
+    std::ofstream(folder.path() / name) << text;
+  auto pages = Pages::load(folder.path());
+  ASSERT_TRUE(pages) << pages.error().message;
+  Gateway gateway(Access({}, {}), {}, {}, std::move(*pages));
+  const auto ask = [&](const std::string& path, const std::string& header) {
+    return answer_to(gateway.port(), "GET " + path + " HTTP/1.1\r\nHost: localhost\r\n" + header +
+                                         "Connection: close\r\n\r\n");
+  };
+  const std::string compressed = ask("/", "Accept-Encoding: gzip, deflate, br\r\n");
+  EXPECT_THAT(compressed, HasSubstr("Content-Encoding: gzip\r\n"));
+  EXPECT_THAT(compressed, HasSubstr("Content-Type: text/html"));
+  EXPECT_THAT(compressed, HasSubstr("Vary: Accept-Encoding\r\n"));
+  EXPECT_THAT(compressed, EndsWith("\r\n\r\nsmall"));
+  const std::string plain = ask("/", "");
+  EXPECT_THAT(plain, Not(HasSubstr("Content-Encoding")));
+  EXPECT_THAT(plain, HasSubstr("Vary: Accept-Encoding\r\n"));
+  EXPECT_THAT(plain, EndsWith("\r\n\r\nthe whole text"));
+  const std::string other = ask("/api/gateway", "Accept-Encoding: gzip\r\n");
+  EXPECT_THAT(other, Not(HasSubstr("Content-Encoding"))) << "what is no page goes as it is";
 }
 
 TEST(Server, AReportsPicturesAreGivenToWhoHasOpenedTheReport) {
