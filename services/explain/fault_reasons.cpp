@@ -60,14 +60,19 @@ constexpr Explanation kFaultReasons[] = {
     {"force_still", "The handle moved and a force channel did not change.",
      "The channel is not connected, or the driver repeats its last value.",
      "Press the handle and watch the channel; repair; then tonus clear-fault."},
-    {"force_reversed", "The arm's force pushed the handle along where an arm resists.",
-     "A force channel has the wrong sign; the sensor's angle is wrong; the subject pushed along.",
-     "Check the sign with a weight (tonus-rig-agent calibrate force). If the subject pushed, explain the "
-     "task "
-     "again."},
+    {"force_against_motion", "Force and motion contradict each other, by the torque that was given.",
+     "A force channel has the wrong sign or scale; the sensor's angle is wrong; an encoder is wrong; the "
+     "rig's "
+     "inertia in its file is wrong; the subject pushed along.",
+     "Check the sign with a weight (tonus-rig-agent calibrate force) and the counts by hand, with the "
+     "subject "
+     "away. If the subject pushed, explain the task again."},
     {"energy", "The hand was given more energy in a trial than allowed.",
      "A fast or long perturbation against a stiff arm; a subject who lets himself be carried along.",
      "Reduce amplitude or speed; check limits.trial_energy_J."},
+    {"force_jump", "A force channel changed further in one cycle than a force can.",
+     "A loose plug; a broken cable; noise of a motor's amplifier in the sensor's cable.",
+     "Move the cable and watch the channel; separate it from the motors' cables; then tonus clear-fault."},
 };
 
 constexpr Explanation kHoldReasons[] = {

@@ -50,6 +50,11 @@ v1::Estimate estimate(std::uint32_t axes, v1::EstimateStatus status) {
     e.set_number(3);
     e.band_high_Hz(20.0);
     e.explained_share(0.9);
+    e.compared_models("friction beside linear");
+    v1::ModelParameter parameter;
+    parameter.name("friction");
+    parameter.unit("N");
+    e.parameters({parameter});
   }
   return e;
 }
@@ -171,7 +176,8 @@ TEST(OpenApi, EveryPathThatIsDescribedIsAnswered) {
   Gateway gateway(Access({}, {}), options);
   for (const auto& [path, item] : document()["paths"].items()) {
     if (path == "/json") continue;  // a WebSocket: see JsonSocket
-    const std::string asked = std::regex_replace(path, std::regex(R"(\{id\})"), "last");
+    std::string asked = std::regex_replace(path, std::regex(R"(\{id\})"), "last");
+    asked = std::regex_replace(asked, std::regex(R"(\{attempt\})"), "1");
     const auto [status, body] = get(gateway.port(), {.target = asked});
     EXPECT_EQ(body.find("there is no such page"), std::string::npos) << path;
     EXPECT_TRUE(item["get"]["responses"].contains(std::to_string(status))) << path << ": " << status << body;
