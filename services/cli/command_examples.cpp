@@ -34,6 +34,7 @@ constexpr Example kExamples[] = {
     {"pki revoke", "tonus pki revoke rig-host --authority lab-pki"},
     {"pki renew", "tonus pki renew rig-host --authority lab-pki"},
     {"identify", "tonus identify dataset --method all"},
+    {"certify", "tonus certify --conditions 20 --seed 1"},
     {"report", "tonus report --cohort deploy/profiles/cohort.toml --out report"},
     {"ls", "tonus ls --json"},
     {"show", "tonus show 4f1c"},

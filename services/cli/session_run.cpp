@@ -15,6 +15,7 @@
 #include "services/core/json_text.hpp"
 #include "services/core/text_file.hpp"
 #include "services/protocol/protocol_file.hpp"
+#include "services/runtime/options.hpp"
 #include "services/simulation/true_impedance.hpp"
 
 namespace tonus::cli {
@@ -105,9 +106,11 @@ Result<Id> start_session(SessionClient& client, const RunOptions& options) {
 }
 
 /// The session that goes on.
-Result<Id> running_session(SessionClient& client) {
+Result<Id> running_session(SessionClient& client, const std::function<int()>& interruptions) {
   const auto is_going = [&] { return client.newest_state() && !is_over(client.newest_state()); };
-  if (!client.wait_for(is_going, kLook)) return fail(ErrorCode::kNotFound, "no session is going on");
+  const bool is_heard = client.wait_for(is_going, kLook, [&] { return interruptions() > 0; }).has_value();
+  if (interruptions() > 0) return fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText));
+  if (!is_heard) return fail(ErrorCode::kNotFound, "no session is going on");
   return client.newest_state()->session_id();
 }
 
@@ -155,7 +158,8 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
                          const std::function<Result<void>()>& tick,
                          const std::function<int()>& interruptions) {
   const auto begun = clock.now();
-  const auto started = options.attaches ? running_session(client) : start_session(client, options);
+  const auto started =
+      options.attaches ? running_session(client, interruptions) : start_session(client, options);
   if (!started) return started.error();
   const Id session = *started;
   std::printf(options.is_brief ? "session %s; " : "session %s\n", to_hex(session).c_str());

@@ -133,6 +133,23 @@ constexpr Explanation kEstimateReasons[] = {
      "Suspect: the stiffness changes with the position within the record; one matrix cannot describe it.",
      "The hand wanders through the workspace; the amplitude is large.",
      "Hold the hand in one place; reduce the amplitude; identify by posture."},
+    {"reflex",
+     "Suspect: a part of the force follows the displacement 30 to 60 ms late, as a stretch reflex does. One "
+     "mass, damping "
+     "and stiffness cannot describe it.",
+     "The subject's stretch reflex, stronger with fast perturbations and tense muscles; a delayed channel.",
+     "Ask the subject to relax, perturb more slowly; for records use model reflex, which has it as "
+     "parameters."},
+    {"unsettled_model",
+     "Undetermined: the coefficients of a model beyond mass, damping and stiffness (friction, cubic, reflex) "
+     "do not "
+     "settle.",
+     "The data hardly show the effect; the record is short or its amplitude small.",
+     "Use model linear or auto; measure longer or with another amplitude."},
+    {"no_command",
+     "Undetermined: method refined needs the commanded displacement, and the trials do not have it.",
+     "A dataset without the channels xc and yc; a driver that does not report its command.",
+     "Use method state_variable; export or record the commanded displacement."},
     {"held_samples", "Suspect: a channel repeats its samples, or joins those of a slower rate.",
      "The channel was recorded slower than the others and filled up; a driver that returns its last value.",
      "Record every channel at the rate that is stated, or state its own; check the driver."},
