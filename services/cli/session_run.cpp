@@ -77,8 +77,12 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
   if (options.json.empty()) return {};
   std::vector<identification::OfflineEstimate> results;
   for (const auto& estimate : estimates) {
-    results.push_back({options.subject, to_hex(session), static_cast<int>(estimate.posture_index()) + 1,
-                       rejected_of(client.rejections(session), estimate), estimate});
+    results.push_back({options.subject,
+                       to_hex(session),
+                       static_cast<int>(estimate.posture_index()) + 1,
+                       {},
+                       rejected_of(client.rejections(session), estimate),
+                       estimate});
   }
   nlohmann::json json = identification::json_of(results);
   json["loaded"] = as_json(study::loaded_postures(estimates));
