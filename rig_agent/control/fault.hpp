@@ -24,7 +24,7 @@ enum class Fault : std::uint32_t {
   kEncoderStill = 1U << 14,        ///< A joint's load changed and its encoder did not move.
   kEncoderReversed = 1U << 15,     ///< A joint moved against its load, and kept on.
   kForceStill = 1U << 16,          ///< The handle moved and a force channel did not change.
-  kForceAgainstMotion = 1U << 17,  ///< Force and motion contradict each other: a reversed channel or joint.
+  kForceAgainstMotion = 1U << 17,  ///< Force and motion contradict each other: a reversed channel.
   kEnergy = 1U << 18,              ///< The hand was given more energy in a trial than allowed.
   kForceJump = 1U << 19,           ///< A force channel changed further in one cycle than a force can.
 };

@@ -106,14 +106,9 @@ FaultBits Plausibility::check_force_channels(const PlausibilityInput& input) noe
 
 FaultBits Plausibility::check_sensors(const PlausibilityInput& input) noexcept {
   if (limits_.unexplained_torque <= 0.0) return 0;
-  const auto finding = sensor_test_.check(input.unexplained, input.channel_loads, input.predicted);
-  FaultBits found = 0;
-  if (finding.is_force_wrong) found |= bit(Fault::kForceAgainstMotion);
-  if (finding.is_encoder_wrong) {
-    const bool is_still = std::max(cycles_still_[0], cycles_still_[1]) > joint_still_cycles_;
-    found |= bit(is_still ? Fault::kEncoderStill : Fault::kEncoderReversed);
-  }
-  return found;
+  const bool is_reversed =
+      sensor_test_.finds_reversed(input.unexplained, input.channel_loads, input.predicted);
+  return is_reversed ? bit(Fault::kForceAgainstMotion) : 0;
 }
 
 FaultBits Plausibility::check_work(const PlausibilityInput& input) noexcept {

@@ -33,11 +33,10 @@ struct PlausibilityInput {
 ///
 /// - Encoder: torques that the model of the manipulandum cannot explain, low-passed, beyond
 ///   SafetyLimits::unexplained_torque; or a joint's load that has changed by more than that since its encoder
-///   last moved. No arm is so stiff: at the handle it would be some 25 N/mm. Or a joint that does not move as
-///   torque and force ask for (SensorTest).
+///   last moved. No arm is so stiff: at the handle it would be some 25 N/mm.
 /// - Force: a channel whose volts are the same to the bit while the handle has gone 3 mm; or, in the first
 ///   0.15 s of a perturbation, when nobody can help along yet, an arm that along a sensor's axis has given
-///   back more work than it took; or one that contradicts torque and motion (SensorTest).
+///   back more work than it took; or a channel that torque and motion contradict (SensorTest).
 /// - Energy: the work done on the hand since the trial began.
 ///
 /// All methods are REALTIME.

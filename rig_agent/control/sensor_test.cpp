@@ -13,8 +13,8 @@ constexpr double kTimeNeeded = 0.02;  // s at a stretch
 constexpr double kSaid = 0.07;        // N m rms, beside what friction can take up
 constexpr double kSilent = 0.02;      // N m rms; so small an s says nothing about its sensor
 constexpr double kReversed = 1.5;     // 1 - g
-constexpr double kStill = 0.7;        // 1 - g
 constexpr double kExplained = 0.5;    // of u: else something else is at work
+constexpr double kBetter = 1.25;      // than a model that is wrong
 constexpr double kModelError = 0.33;  // of the inertial torques
 constexpr double kForceError = 0.1;   // of the loads
 
@@ -53,8 +53,8 @@ void SensorTest::filter(const Eigen::Vector2d& unexplained, const Columns& said)
   mean_unexplained_ += mean_share_ * (unexplained - mean_unexplained_);
 }
 
-SensorTest::Finding SensorTest::check(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
-                                      const Eigen::Matrix2d& accelerations) noexcept {
+bool SensorTest::finds_reversed(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
+                                const Eigen::Matrix2d& accelerations) noexcept {
   Columns said;
   said << loads, accelerations;
   if (!is_started_) start(unexplained, said);
@@ -64,27 +64,31 @@ SensorTest::Finding SensorTest::check(const Eigen::Vector2d& unexplained, const 
   products_ += window_share_ * (s.transpose() * s - products_);
   responses_ += window_share_ * (s.transpose() * u - responses_);
   power_ += window_share_ * (u.squaredNorm() - power_);
-  for (int k = 0; k < 4; ++k) cycles_wrong_[k] = is_wrong(k) ? cycles_wrong_[k] + 1 : 0;
-  return {cycles_wrong_.head<2>().maxCoeff() >= cycles_needed_,
-          cycles_wrong_.tail<2>().maxCoeff() >= cycles_needed_};
+  for (int k = 0; k < 2; ++k) cycles_wrong_[k] = is_wrong(k) ? cycles_wrong_[k] + 1 : 0;
+  return cycles_wrong_.maxCoeff() >= cycles_needed_;
 }
 
-// Least squares over the two of a kind with a ridge: a sensor that says nothing is taken for good.
-bool SensorTest::is_wrong(int sensor) const noexcept {
-  const int first = sensor < 2 ? 0 : 2;
-  const int at = sensor - first;
+SensorTest::Fit SensorTest::fit(int first) const noexcept {
   const Eigen::Matrix2d p =
       products_.block<2, 2>(first, first) + kSilent * kSilent * Eigen::Matrix2d::Identity();
   const Eigen::Vector2d r = responses_.segment<2>(first);
   const double determinant = p(0, 0) * p(1, 1) - p(0, 1) * p(1, 0);
-  const double own = determinant / p(1 - at, 1 - at);  // of its s, beside what it shares with the other's
-  if (!(own > 0.25 * taken_up_ * taken_up_)) return false;
-  const Eigen::Vector2d excess =  // 1 - g
+  Fit fit;
+  fit.excess =
       Eigen::Vector2d(p(1, 1) * r[0] - p(0, 1) * r[1], p(0, 0) * r[1] - p(0, 1) * r[0]) / determinant;
+  fit.own = Eigen::Vector2d(determinant / p(1, 1), determinant / p(0, 0));
+  fit.explained = fit.excess.dot(r);
+  return fit;
+}
+
+bool SensorTest::is_wrong(int channel) const noexcept {
+  const Fit channels = fit(0);
+  if (!(channels.own[channel] > 0.25 * taken_up_ * taken_up_)) return false;
   const double by_model = kForceError * kForceError * (products_(0, 0) + products_(1, 1)) +
                           kModelError * kModelError * (products_(2, 2) + products_(3, 3));
-  if (excess.dot(r) - by_model < kExplained * power_) return false;
-  return excess[at] > (own > taken_up_ * taken_up_ ? kStill : kReversed);
+  if (channels.explained - by_model < kExplained * power_) return false;
+  if (channels.explained < kBetter * fit(2).explained) return false;
+  return channels.excess[channel] > kReversed;
 }
 
 }  // namespace tonus::control

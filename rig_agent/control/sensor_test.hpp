@@ -7,48 +7,52 @@
 
 namespace tonus::control {
 
-/// Whether force sensor and encoders say what torque asks for.
+/// Whether a channel of the force sensor has the wrong sign, by torque and motion.
 ///
 /// The observer predicts the motion from the torque that was given and the force that was measured; what is
-/// left, u (Servo::unexplained_torque()), shows a sensor that is wrong. If what channel k of the force sensor
-/// says, or the acceleration of joint k that was predicted, has to be multiplied by g_k to be true, then
+/// left, u (Servo::unexplained_torque()), shows what is wrong. If what channel k says has to be multiplied by
+/// g_k to be true, then
 ///
-///     u = sum over k of (1 - g_k) s_k,
+///     u = sum over k of (1 - g_k) s_k,         s_k = J^T f_k,
 ///
-/// - for a channel, s_k = J^T f_k: the load of the force f_k on the arm that it says;
-/// - for an encoder, s_k = -H_k q"_k, H_k the column of the mass matrix.
+/// f_k the force on the arm that it says. A model of the inertia that is wrong leaves, with columns H_k,
 ///
-/// All pass the observer's filters and lose their slow mean (friction, an offset); 1 - g of the two channels,
-/// and of the two encoders, is the least-squares solution over the last third of a second: 0 for a good
-/// sensor, 1 for one that stands still or says what nobody feels, 2 for a reversed one. It counts once what
-/// it explains of u is more than half of u, after what a model that is off by a third may leave. Friction
-/// that the model does not know takes up a small torque whole, which looks like 1, but cannot turn one
-/// around: the smaller s, the more is asked of 1 - g.
+///     u = sum over k of c_k (-H_k q"_k),       q" the accelerations that were predicted.
+///
+/// All pass the observer's filters and lose their slow mean (friction, an offset); both are fitted by least
+/// squares over the last third of a second. 1 - g is 0 for a good channel and 2 for a reversed one; friction
+/// takes up a small load whole, which looks like 1, but cannot turn one around. A channel is reversed where
+/// 1 - g is above 1.5, and this explains more than half of u, after what a model that is off by a third may
+/// leave, and more than a wrong model does. Encoders are not judged so: one that stands still looks like such
+/// a model.
 ///
 /// All methods are REALTIME.
 class SensorTest {
  public:
-  struct Finding {
-    bool is_force_wrong = false;
-    bool is_encoder_wrong = false;
-  };
-
   /// `period` in s.
   SensorTest(const ServoGains& gains, const JointFriction& friction, double period) noexcept;
 
   void begin_trial() noexcept { is_started_ = false; }
 
-  /// Takes u, and s of the channels and of the encoders as columns, N m at the joints, not filtered. What has
-  /// been wrong for some time is found.
-  [[nodiscard]] Finding check(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
-                              const Eigen::Matrix2d& accelerations) noexcept;
+  /// Takes u, s_1 and s_2 as columns, and -H_1 q"_1 and -H_2 q"_2, N m at the joints, all but u not filtered.
+  /// True where a channel has been reversed for some time.
+  [[nodiscard]] bool finds_reversed(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
+                                    const Eigen::Matrix2d& accelerations) noexcept;
 
  private:
-  using Columns = Eigen::Matrix<double, 2, 4>;  // channels, encoders
+  using Columns = Eigen::Matrix<double, 2, 4>;  // channels, accelerations
+
+  struct Fit {
+    Eigen::Vector2d excess;  // 1 - g, or c
+    Eigen::Vector2d own;     // (N m)^2 of each column, beside what it shares with the other
+    double explained = 0.0;  // of u, (N m)^2
+  };
 
   void start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept;
   void filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept;
-  [[nodiscard]] bool is_wrong(int sensor) const noexcept;
+  /// Of the two columns from `first` on, with a ridge: what is silent is taken for good.
+  [[nodiscard]] Fit fit(int first) const noexcept;
+  [[nodiscard]] bool is_wrong(int channel) const noexcept;
 
   const double observer_share_;  // Shares of the new value in one cycle.
   const double unexplained_share_;
@@ -66,7 +70,7 @@ class SensorTest {
   Eigen::Matrix4d products_ = Eigen::Matrix4d::Zero();   // of s, (N m)^2
   Eigen::Vector4d responses_ = Eigen::Vector4d::Zero();  // of s with u, (N m)^2
   double power_ = 0.0;                                   // of u, (N m)^2
-  Eigen::Vector4i cycles_wrong_ = Eigen::Vector4i::Zero();
+  Eigen::Vector2i cycles_wrong_ = Eigen::Vector2i::Zero();
 };
 
 }  // namespace tonus::control

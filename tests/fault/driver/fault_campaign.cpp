@@ -18,7 +18,7 @@ namespace {
 
 using control::Phase;
 
-constexpr int kTrialsAfter = 4;        // that are run with a fault that its own trial did not show
+constexpr int kCyclesAfter = 3000;     // watched after the fault began, in its own trial
 constexpr int kCyclesDetected = 1500;  // watched after it was found
 constexpr int kLongestTrial = 30000;
 
@@ -33,7 +33,7 @@ void scale(simulation::JointImpedance& joints, double factor) {
 
 class Bench {
  public:
-  explicit Bench(std::uint64_t seed) : random_(seed) {
+  Bench(std::uint64_t seed, bool is_model_wrong) : random_(seed) {
     profile_.seed = seed;
     const double firmness = uniform(0.5, 1.3);
     scale(profile_.subject.stiffness, firmness);
@@ -42,7 +42,7 @@ class Bench {
     profile_.subject.drift.is_on = integer(0, 1) == 1;
     driver_ = std::make_unique<FaultyDriver>(profile_, seed);
     control::LoopConfig config = simulation::loop_config(profile_);
-    blur(config.model);
+    if (is_model_wrong) blur(config.model);
     limits_ = config.limits;
     if (!driver_->configure(1.0 / config.rate) || !driver_->activate())
       throw std::runtime_error("the simulated rig does not start");
@@ -155,10 +155,10 @@ bool go_to(Bench& bench, Phase phase) {
   return true;
 }
 
-void watch(Bench& bench, FaultCase& seen) {
+void watch(Bench& bench, int trials_after, FaultCase& seen) {
   int detected_at = -1;
-  int trials_left = kTrialsAfter;
-  for (int cycle = 1;; ++cycle) {
+  int trials_left = trials_after;
+  for (int cycle = 1; trials_after > 0 || cycle <= kCyclesAfter; ++cycle) {
     bench.step();
     seen.way_beyond = std::max(seen.way_beyond, bench.way_beyond());
     seen.force_share = std::max(seen.force_share, bench.force_share());
@@ -170,7 +170,7 @@ void watch(Bench& bench, FaultCase& seen) {
     if (detected_at >= 0 && bench.is_driven()) seen.cycles_under_torque = cycle - detected_at;
     if (detected_at >= 0 && cycle - detected_at >= kCyclesDetected) break;
     if (detected_at >= 0 || !bench.is_over()) continue;
-    if (trials_left-- == 0) break;
+    if (trials_left-- <= 0) break;
     bench.start_next();
   }
   seen.was_harmless = detected_at < 0 && seen.way_beyond <= 0.0 && seen.force_share <= 1.0;
@@ -181,8 +181,8 @@ void watch(Bench& bench, FaultCase& seen) {
 namespace {
 
 /// None: the trial that was drawn ends before its fault could begin.
-std::optional<FaultCase> try_fault_case(std::uint64_t seed, std::uint64_t draw) {
-  Bench bench(seed + 1'000'003 * draw);
+std::optional<FaultCase> try_fault_case(std::uint64_t seed, std::uint64_t draw, const Hardness& hardness) {
+  Bench bench(seed + 1'000'003 * draw, hardness.is_model_wrong);
   FaultCase seen;
   seen.fault = static_cast<DeviceFault>(seed % kDeviceFaults);
   const auto axis = static_cast<std::size_t>(bench.integer(0, 1));
@@ -193,21 +193,21 @@ std::optional<FaultCase> try_fault_case(std::uint64_t seed, std::uint64_t draw) 
   seen.phase = phase;
   seen.way_beyond = bench.way_beyond();
   bench.driver().begin(seen.fault, axis, size);
-  watch(bench, seen);
+  watch(bench, hardness.trials_after, seen);
   return seen;
 }
 
 }  // namespace
 
-FaultCase run_fault_case(std::uint64_t seed) {
+FaultCase run_fault_case(std::uint64_t seed, const Hardness& hardness) {
   for (std::uint64_t draw = 0; draw < 100; ++draw) {
-    if (const auto seen = try_fault_case(seed, draw)) return *seen;
+    if (const auto seen = try_fault_case(seed, draw, hardness)) return *seen;
   }
   throw std::runtime_error("no trial lasts until its fault");
 }
 
-control::FaultBits run_healthy_case(std::uint64_t seed) {
-  Bench bench(seed);
+control::FaultBits run_healthy_case(std::uint64_t seed, const Hardness& hardness) {
+  Bench bench(seed, hardness.is_model_wrong);
   for (int i = 0; i < kLongestTrial && !bench.is_over(); ++i) bench.step();
   return bench.state().faults;
 }

@@ -23,9 +23,16 @@ struct FaultCase {
   bool was_harmless = false;                     ///< Not found, and the trial went on within all limits.
 };
 
-[[nodiscard]] FaultCase run_fault_case(std::uint64_t seed);
+/// How hard it is made.
+struct Hardness {
+  int trials_after = 0;  ///< That are run with a fault which its own trial did not show.
+  bool is_model_wrong =
+      false;  ///< The law's model is off by up to 15 % in inertia, a factor of 2 in friction.
+};
+
+[[nodiscard]] FaultCase run_fault_case(std::uint64_t seed, const Hardness& hardness = {});
 
 /// Trials without any fault, drawn likewise; what the loop found all the same: 0 is right.
-[[nodiscard]] control::FaultBits run_healthy_case(std::uint64_t seed);
+[[nodiscard]] control::FaultBits run_healthy_case(std::uint64_t seed, const Hardness& hardness = {});
 
 }  // namespace tonus::testing

@@ -48,6 +48,12 @@ int main(int argc, char** argv) {
   bool is_verbose = false;
   app.add_option("--cases", cases, "faults to draw")->capture_default_str();
   app.add_option("--healthy", healthy_cases, "trials without a fault")->capture_default_str();
+  Hardness hardness;
+  app.add_option("--trials-after", hardness.trials_after,
+                 "trials run on with a fault that its own did not show")
+      ->capture_default_str();
+  app.add_flag("--wrong-model", hardness.is_model_wrong,
+               "the law's model is off by up to 15 % in inertia and a factor of 2 in friction");
   app.add_option("--seed", seed, "of the first one")->capture_default_str();
   app.add_flag("--verbose", is_verbose, "a line for each case");
   CLI11_PARSE(app, argc, argv);
@@ -56,7 +62,7 @@ int main(int argc, char** argv) {
   int false_alarms = 0;
   int bad = 0;
   for (int i = 0; i < cases; ++i) {
-    const FaultCase seen = run_fault_case(seed + static_cast<std::uint64_t>(i));
+    const FaultCase seen = run_fault_case(seed + static_cast<std::uint64_t>(i), hardness);
     Row& row = rows[seen.fault];
     ++row.cases;
     row.found += seen.found != 0 ? 1 : 0;
@@ -80,7 +86,7 @@ int main(int argc, char** argv) {
     }
   }
   for (int i = 0; i < healthy_cases; ++i) {
-    const auto found = run_healthy_case(seed + static_cast<std::uint64_t>(i));
+    const auto found = run_healthy_case(seed + static_cast<std::uint64_t>(i), hardness);
     if (found == 0) continue;
     ++false_alarms;
     std::printf("FALSE ALARM seed %lu: %s\n", seed + static_cast<std::uint64_t>(i),
