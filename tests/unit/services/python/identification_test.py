@@ -97,7 +97,7 @@ class SimulatedArm(unittest.TestCase):
     def test_a_table_has_a_row_for_each_estimate_and_units_in_its_names(self):
         estimates = self.recording.identify(method="all")
         frame = tonus.table(estimates)
-        self.assertEqual(list(frame.method), ["lowpass", "optimal", "state_variable"])
+        self.assertEqual(list(frame.method), ["lowpass", "optimal", "state_variable", "refined"])
         self.assertEqual(frame.K_xy_N_per_m[2], estimates[2].K[0, 1])
         self.assertEqual(frame.K_xy_std_N_per_m[2], estimates[2].std.K[0, 1])
         self.assertEqual(frame.X0_y_high95_m[0], estimates[0].ci95.X0[1, 1])
