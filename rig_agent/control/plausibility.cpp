@@ -33,13 +33,13 @@ Plausibility::Plausibility(const SafetyLimits& limits, const ServoGains& gains, 
       unrest_filter_(1.0 - std::exp(-period / kUnrestTime)),
       way_per_count_((geometry.links.l1 + geometry.links.l2) /
                      std::min(std::abs(geometry.counts_per_unit[0]), std::abs(geometry.counts_per_unit[1]))),
-      sensor_test_(gains, friction, period) {}
+      force_sign_check_(gains, friction, period) {}
 
 FaultBits Plausibility::check(const PlausibilityInput& input) noexcept {
   if (input.is_in_trial && !was_in_trial_) begin_trial(input);
   was_in_trial_ = input.is_in_trial;
   if (!input.is_in_trial) return 0;
-  return check_encoders(input) | check_force_channels(input) | check_sensors(input) | check_work(input);
+  return check_encoders(input) | check_force_channels(input) | check_force_sign(input) | check_work(input);
 }
 
 void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
@@ -55,7 +55,7 @@ void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
   work_by_axis_.setZero();
   cycles_since_onset_ = first_cycles_;
   energy_ = 0.0;
-  sensor_test_.begin_trial();
+  force_sign_check_.begin_trial();
   resting_force_ = input.force;
   unrest_ = 0.0;
 }
@@ -104,10 +104,10 @@ FaultBits Plausibility::check_force_channels(const PlausibilityInput& input) noe
   return found;
 }
 
-FaultBits Plausibility::check_sensors(const PlausibilityInput& input) noexcept {
+FaultBits Plausibility::check_force_sign(const PlausibilityInput& input) noexcept {
   if (limits_.unexplained_torque <= 0.0) return 0;
   const bool is_reversed =
-      sensor_test_.finds_reversed(input.unexplained, input.channel_loads, input.predicted);
+      force_sign_check_.finds_reversed(input.unexplained, input.channel_loads, input.predicted);
   return is_reversed ? bit(Fault::kForceAgainstMotion) : 0;
 }
 

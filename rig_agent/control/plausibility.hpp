@@ -5,8 +5,8 @@
 #include <cstdint>
 
 #include "rig_agent/control/fault.hpp"
+#include "rig_agent/control/force_sign_check.hpp"
 #include "rig_agent/control/safety_limits.hpp"
-#include "rig_agent/control/sensor_test.hpp"
 #include "rig_agent/control/servo_gains.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
@@ -36,7 +36,7 @@ struct PlausibilityInput {
 ///   last moved. No arm is so stiff: at the handle it would be some 25 N/mm.
 /// - Force: a channel whose volts are the same to the bit while the handle has gone 3 mm; or, in the first
 ///   0.15 s of a perturbation, when nobody can help along yet, an arm that along a sensor's axis has given
-///   back more work than it took; or a channel that torque and motion contradict (SensorTest).
+///   back more work than it took; or a channel that torque and motion contradict (ForceSignCheck).
 /// - Energy: the work done on the hand since the trial began.
 ///
 /// All methods are REALTIME.
@@ -52,7 +52,7 @@ class Plausibility {
   void begin_trial(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_encoders(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_force_channels(const PlausibilityInput& input) noexcept;
-  [[nodiscard]] FaultBits check_sensors(const PlausibilityInput& input) noexcept;
+  [[nodiscard]] FaultBits check_force_sign(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_work(const PlausibilityInput& input) noexcept;
 
   const SafetyLimits limits_;
@@ -64,7 +64,7 @@ class Plausibility {
   const double unrest_filter_;        // Share of the new value in one cycle.
   const double way_per_count_;        // m at the handle, the larger of the two joints'
 
-  SensorTest sensor_test_;
+  ForceSignCheck force_sign_check_;
   bool was_in_trial_ = false;
   std::array<double, 2> count_{};                 // as last seen to change
   std::array<double, 2> load_at_count_{};         // N m, then

@@ -1,4 +1,4 @@
-#include "rig_agent/control/sensor_test.hpp"
+#include "rig_agent/control/force_sign_check.hpp"
 
 #include <cmath>
 
@@ -22,7 +22,7 @@ double share(double time, double period) { return 1.0 - std::exp(-period / time)
 
 }  // namespace
 
-SensorTest::SensorTest(const ServoGains& gains, const JointFriction& friction, double period) noexcept
+ForceSignCheck::ForceSignCheck(const ServoGains& gains, const JointFriction& friction, double period) noexcept
     : observer_share_(share(1.0 / gains.observer_frequency, period)),
       unexplained_share_(share(1.0 / kUnexplainedFilter, period)),
       mean_share_(share(kMeanTime, period)),
@@ -30,7 +30,7 @@ SensorTest::SensorTest(const ServoGains& gains, const JointFriction& friction, d
       taken_up_(kSaid + friction.coulomb.norm()),
       cycles_needed_(static_cast<int>(std::lround(kTimeNeeded / period))) {}
 
-void SensorTest::start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
+void ForceSignCheck::start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
   is_started_ = true;
   filtered_once_ = said;
   filtered_twice_ = said;
@@ -40,12 +40,12 @@ void SensorTest::start(const Eigen::Vector2d& unexplained, const Columns& said) 
   products_.setZero();
   responses_.setZero();
   power_ = 0.0;
-  cycles_wrong_.setZero();
+  cycles_reversed_.setZero();
 }
 
 // The observer answers an acceleration that it did not predict by w^2 / (s + w)^2, and what it finds is
 // low-passed.
-void SensorTest::filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
+void ForceSignCheck::filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
   filtered_once_ += observer_share_ * (said - filtered_once_);
   filtered_twice_ += observer_share_ * (filtered_once_ - filtered_twice_);
   said_ += unexplained_share_ * (filtered_twice_ - said_);
@@ -53,8 +53,8 @@ void SensorTest::filter(const Eigen::Vector2d& unexplained, const Columns& said)
   mean_unexplained_ += mean_share_ * (unexplained - mean_unexplained_);
 }
 
-bool SensorTest::finds_reversed(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
-                                const Eigen::Matrix2d& accelerations) noexcept {
+bool ForceSignCheck::finds_reversed(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
+                                    const Eigen::Matrix2d& accelerations) noexcept {
   Columns said;
   said << loads, accelerations;
   if (!is_started_) start(unexplained, said);
@@ -64,11 +64,17 @@ bool SensorTest::finds_reversed(const Eigen::Vector2d& unexplained, const Eigen:
   products_ += window_share_ * (s.transpose() * s - products_);
   responses_ += window_share_ * (s.transpose() * u - responses_);
   power_ += window_share_ * (u.squaredNorm() - power_);
-  for (int k = 0; k < 2; ++k) cycles_wrong_[k] = is_wrong(k) ? cycles_wrong_[k] + 1 : 0;
-  return cycles_wrong_.maxCoeff() >= cycles_needed_;
+  const Fit channels = fit(0);
+  const bool is_explained = explains_most(channels);
+  for (int k = 0; k < 2; ++k) {
+    const bool is_reversed =
+        is_explained && channels.own[k] > 0.25 * taken_up_ * taken_up_ && channels.excess[k] > kReversed;
+    cycles_reversed_[k] = is_reversed ? cycles_reversed_[k] + 1 : 0;
+  }
+  return cycles_reversed_.maxCoeff() >= cycles_needed_;
 }
 
-SensorTest::Fit SensorTest::fit(int first) const noexcept {
+ForceSignCheck::Fit ForceSignCheck::fit(int first) const noexcept {
   const Eigen::Matrix2d p =
       products_.block<2, 2>(first, first) + kSilent * kSilent * Eigen::Matrix2d::Identity();
   const Eigen::Vector2d r = responses_.segment<2>(first);
@@ -81,14 +87,11 @@ SensorTest::Fit SensorTest::fit(int first) const noexcept {
   return fit;
 }
 
-bool SensorTest::is_wrong(int channel) const noexcept {
-  const Fit channels = fit(0);
-  if (!(channels.own[channel] > 0.25 * taken_up_ * taken_up_)) return false;
+bool ForceSignCheck::explains_most(const Fit& channels) const noexcept {
   const double by_model = kForceError * kForceError * (products_(0, 0) + products_(1, 1)) +
                           kModelError * kModelError * (products_(2, 2) + products_(3, 3));
-  if (channels.explained - by_model < kExplained * power_) return false;
-  if (channels.explained < kBetter * fit(2).explained) return false;
-  return channels.excess[channel] > kReversed;
+  return channels.explained - by_model >= kExplained * power_ &&
+         channels.explained >= kBetter * fit(2).explained;
 }
 
 }  // namespace tonus::control

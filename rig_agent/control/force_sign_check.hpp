@@ -27,10 +27,10 @@ namespace tonus::control {
 /// a model.
 ///
 /// All methods are REALTIME.
-class SensorTest {
+class ForceSignCheck {
  public:
   /// `period` in s.
-  SensorTest(const ServoGains& gains, const JointFriction& friction, double period) noexcept;
+  ForceSignCheck(const ServoGains& gains, const JointFriction& friction, double period) noexcept;
 
   void begin_trial() noexcept { is_started_ = false; }
 
@@ -52,7 +52,8 @@ class SensorTest {
   void filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept;
   /// Of the two columns from `first` on, with a ridge: what is silent is taken for good.
   [[nodiscard]] Fit fit(int first) const noexcept;
-  [[nodiscard]] bool is_wrong(int channel) const noexcept;
+  /// Whether the channels explain what is left, better than a wrong model does.
+  [[nodiscard]] bool explains_most(const Fit& channels) const noexcept;
 
   const double observer_share_;  // Shares of the new value in one cycle.
   const double unexplained_share_;
@@ -70,7 +71,7 @@ class SensorTest {
   Eigen::Matrix4d products_ = Eigen::Matrix4d::Zero();   // of s, (N m)^2
   Eigen::Vector4d responses_ = Eigen::Vector4d::Zero();  // of s with u, (N m)^2
   double power_ = 0.0;                                   // of u, (N m)^2
-  Eigen::Vector2i cycles_wrong_ = Eigen::Vector2i::Zero();
+  Eigen::Vector2i cycles_reversed_ = Eigen::Vector2i::Zero();
 };
 
 }  // namespace tonus::control

@@ -1,4 +1,4 @@
-#include "rig_agent/control/sensor_test.hpp"
+#include "rig_agent/control/force_sign_check.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -28,7 +28,7 @@ class Observer {
 };
 
 /// Two seconds of a hand that is pushed to and fro: both channels of the force sensor say something.
-class SensorTestTest : public ::testing::Test {
+class ForceSignCheckTest : public ::testing::Test {
  protected:
   struct Share {
     double channel = 0.0;   ///< 1 - g of the first channel.
@@ -39,7 +39,7 @@ class SensorTestTest : public ::testing::Test {
   static bool is_found_reversed(const Share& share) {
     JointFriction friction;
     friction.coulomb = {0.05, 0.05};
-    SensorTest test({}, friction, kPeriod);
+    ForceSignCheck test({}, friction, kPeriod);
     Observer observer;
     bool is_found = false;
     for (int i = 0; i < 2000; ++i) {
@@ -57,24 +57,24 @@ class SensorTestTest : public ::testing::Test {
   }
 };
 
-TEST_F(SensorTestTest, GoodChannelsAreFoundGood) { EXPECT_FALSE(is_found_reversed({})); }
+TEST_F(ForceSignCheckTest, GoodChannelsAreFoundGood) { EXPECT_FALSE(is_found_reversed({})); }
 
-TEST_F(SensorTestTest, AReversedForceChannelIsFound) { EXPECT_TRUE(is_found_reversed({.channel = 2.0})); }
+TEST_F(ForceSignCheckTest, AReversedForceChannelIsFound) { EXPECT_TRUE(is_found_reversed({.channel = 2.0})); }
 
-TEST_F(SensorTestTest, AReversedForceChannelIsFoundBesideAModelThatIsOff) {
+TEST_F(ForceSignCheckTest, AReversedForceChannelIsFoundBesideAModelThatIsOff) {
   EXPECT_TRUE(is_found_reversed({.channel = 2.0, .inertia = 0.2}));
 }
 
-TEST_F(SensorTestTest, FrictionThatTakesUpALoadWholeIsNoFault) {
+TEST_F(ForceSignCheckTest, FrictionThatTakesUpALoadWholeIsNoFault) {
   EXPECT_FALSE(is_found_reversed({.channel = 1.0}));
 }
 
-TEST_F(SensorTestTest, AModelThatIsWrongIsNoFault) {
+TEST_F(ForceSignCheckTest, AModelThatIsWrongIsNoFault) {
   for (const double off : {-2.0, -0.9, -0.25, 0.25, 0.9, 2.0})
     EXPECT_FALSE(is_found_reversed({.inertia = off})) << off;
 }
 
-TEST_F(SensorTestTest, FrictionThatTheModelDoesNotKnowIsNoFault) {
+TEST_F(ForceSignCheckTest, FrictionThatTheModelDoesNotKnowIsNoFault) {
   EXPECT_FALSE(is_found_reversed({.friction = 0.1}));
 }
 
