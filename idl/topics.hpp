@@ -68,6 +68,8 @@ inline constexpr Topic<v1::RigDescription> kRigDescription{
 inline constexpr Topic<v1::RigState> kRigState{{"rig/state", "tonus::v1::RigState", qos::kAlive, 4096}};
 inline constexpr Topic<v1::SampleBlock> kRigSamples{
     {"rig/samples", "tonus::v1::SampleBlock", qos::kStream, 32768}};
+inline constexpr Topic<v1::AuxiliaryBlock> kRigAuxiliary{
+    {"rig/auxiliary", "tonus::v1::AuxiliaryBlock", qos::kStream, 60000}};
 inline constexpr Topic<v1::RigTiming> kRigTiming{{"rig/timing", "tonus::v1::RigTiming", qos::kLatest, 4096}};
 inline constexpr Topic<v1::FlightRecord> kRigFlightRecord{
     {"rig/flight_record", "tonus::v1::FlightRecord", qos::kLatest, 60000}};
@@ -84,6 +86,8 @@ inline constexpr Topic<v1::TrialOutcome> kTrialOutcome{
     {"trial/outcome", "tonus::v1::TrialOutcome", qos::kLatest, 4096}};
 inline constexpr Topic<v1::TrialVerdict> kTrialVerdict{
     {"trial/verdict", "tonus::v1::TrialVerdict", qos::kLatest, 4096}};
+inline constexpr Topic<v1::TrialReview> kTrialReview{
+    {"trial/review", "tonus::v1::TrialReview", qos::kLatest, 4096}};
 inline constexpr Topic<v1::Estimate> kEstimateLive{
     {"estimate/live", "tonus::v1::Estimate", qos::kLive, 60000}};
 inline constexpr Topic<v1::Estimate> kEstimateCondition{
@@ -91,11 +95,14 @@ inline constexpr Topic<v1::Estimate> kEstimateCondition{
 inline constexpr Topic<v1::SessionPlan> kSessionPlan{
     {"session/plan", "tonus::v1::SessionPlan", qos::kLatest, 60000}};
 inline constexpr Topic<v1::SessionState> kSessionState{
-    {"session/state", "tonus::v1::SessionState", qos::kLatest, 8192}};
+    {"session/state", "tonus::v1::SessionState", qos::kLatest, 60000}};
 inline constexpr Topic<v1::SessionCommand> kSessionCommand{
     {"session/command", "tonus::v1::SessionCommand", qos::kRequest, 60000}};
 inline constexpr Topic<v1::SessionReply> kSessionReply{
     {"session/reply", "tonus::v1::SessionReply", qos::kRequest, 8192}};
+/// Every note of a session, to late joiners too.
+inline constexpr Topic<v1::SessionNote> kSessionNote{
+    {"session/note", "tonus::v1::SessionNote", qos::kLatest, 8192}};
 inline constexpr Topic<v1::SessionCue> kSessionCue{
     {"session/cue", "tonus::v1::SessionCue", qos::kLatest, 4096}};
 inline constexpr Topic<v1::ArchiveReceipt> kArchiveReceipt{
@@ -119,7 +126,7 @@ inline constexpr std::tuple kTyped{
     kEstimateLive,         kEstimateCondition, kSessionPlan,    kSessionState,  kSessionCommand,
     kSessionReply,         kSessionCue,        kArchiveReceipt, kArchiveResend, kServiceHealth,
     kServiceConfiguration, kClockProbe,        kClockEcho,      kClockOffset,   kRigStop,
-    kRigStopped,           kRigLease};
+    kRigStopped,           kRigLease,          kRigAuxiliary,   kTrialReview,   kSessionNote};
 
 /// Every topic, for programs that carry bytes without reading them.
 inline constexpr std::array kAll =

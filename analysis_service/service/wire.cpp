@@ -12,6 +12,7 @@ namespace tonus::identification {
 namespace {
 
 constexpr std::size_t kMostReasons = 16;  // as the .idl files bound them
+constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::Vector2d vector(const std::array<double, 2>& values) { return {values[0], values[1]}; }
 
@@ -108,9 +109,25 @@ std::array<double, 2> elements(const impedance::AxisVector& vector) {
   return values;
 }
 
+/// Nothing is known but what is set.
+v1::MatrixEstimate unknown_matrix() {
+  v1::MatrixEstimate wire;
+  wire.covariance().fill(kUnknown);
+  wire.known_bias().fill(kUnknown);
+  wire.size_low95(kUnknown);
+  wire.size_high95(kUnknown);
+  wire.shape_low95(kUnknown);
+  wire.shape_high95(kUnknown);
+  wire.orientation_low95_deg(kUnknown);
+  wire.orientation_high95_deg(kUnknown);
+  wire.curl_low95(kUnknown);
+  wire.curl_high95(kUnknown);
+  return wire;
+}
+
 v1::MatrixEstimate to_wire_matrix(const impedance::Estimate& estimate,
                                   impedance::AxisMatrix impedance::Parameters::*matrix) {
-  v1::MatrixEstimate wire;
+  v1::MatrixEstimate wire = unknown_matrix();
   wire.value(elements(estimate.value.*matrix));
   wire.standard_error(elements(estimate.std.*matrix));
   wire.low95(elements(estimate.low.*matrix));
@@ -209,7 +226,6 @@ std::vector<v1::ModelParameter> parameters_of(const impedance::Estimate& estimat
 
 /// By axis; not known where there is none.
 std::array<double, 2> elements_or_unknown(const impedance::AxisVector& vector) {
-  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
   std::array<double, 2> values{kUnknown, kUnknown};
   for (Eigen::Index i = 0; i < vector.size(); ++i) values[static_cast<std::size_t>(i)] = vector[i];
   return values;
@@ -326,6 +342,7 @@ v1::TrialVerdict to_wire(const TrialReport& report, const Verdict& verdict) {
   wire.end_speed_m_per_s(verdict.measured.end_speed);
   wire.saturated_samples(to_count(verdict.measured.saturated_rows));
   wire.missing_samples(to_count(verdict.measured.missing_rows));
+  wire.co_contraction(kUnknown);
   return wire;
 }
 
@@ -371,6 +388,7 @@ v1::Estimate to_wire(const ConditionEstimate& estimate, const RigUnits& units) {
   wire.stiffness_N_per_m(to_wire_matrix(found, &impedance::Parameters::K));
   v1::VectorEstimate centre;
   centre.value(elements(found.value.X0));
+  centre.covariance().fill(kUnknown);
   centre.standard_error(elements(found.std.X0));
   centre.low95(elements(found.low.X0));
   centre.high95(elements(found.high.X0));

@@ -9,6 +9,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_connection.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/subject.hpp"
 #include "services/core/json_text.hpp"
 #include "services/core/name.hpp"
 #include "services/runtime/rig_stop.hpp"
@@ -154,6 +155,7 @@ Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest requ
   v1::SessionCommand command;
   command.session_id(client.newest_state()->session_id());
   command.request(request);
+  command.subject_facts(contract::unknown_subject());
   auto reply = client.request(command, kReplyLimit);
   if (!reply) return reply.error();
   std::printf("%s\n", reply->c_str());

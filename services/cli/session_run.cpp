@@ -12,6 +12,7 @@
 #include "services/cli/recording_protocol.hpp"
 #include "services/cli/results.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/subject.hpp"
 #include "services/core/json_text.hpp"
 #include "services/core/text_file.hpp"
 #include "services/protocol/protocol_file.hpp"
@@ -104,6 +105,7 @@ Result<Id> start_session(SessionClient& client, const RunOptions& options) {
   start.request(v1::SESSION_START);
   start.protocol_toml(text);
   start.subject(options.subject);
+  start.subject_facts(contract::unknown_subject());
   start.seed(options.seed);
   TONUS_TRY(client.request(start, kReplyLimit));
   return start.session_id();

@@ -92,6 +92,10 @@ const char* reason_name(VerdictReason reason) {
       return "unknown rig";
     case REASON_LET_GO:
       return "let go";
+    case REASON_MUSCLES_ACTIVE:
+      return "muscles active";
+    case REASON_REJECTED_BY_HAND:
+      return "rejected by hand";
   }
   return "unknown reason";
 }
@@ -136,6 +140,8 @@ const char* test_name(FitTest test) {
       return "clipping";
     case FIT_HELD_SAMPLES:
       return "held_samples";
+    case FIT_CROSS_CHECK:
+      return "cross_check";
     case FIT_WIDTH:
       return "width";
   }

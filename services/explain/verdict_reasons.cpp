@@ -99,6 +99,16 @@ constexpr Explanation kVerdictReasons[] = {
      "Ask the subject to keep hold. If he did, tare and test the force sensor by hand (tonus-rig-agent "
      "calibrate "
      "force)."},
+    {"muscles active", "The muscles were more active before the onset than the protocol allows.",
+     "The subject braces himself or is uncomfortable; the rest before the onset is too short to relax in; an "
+     "electrode has come loose and picks up the mains.",
+     "Ask the subject to relax and support the arm. Look at the trace: a steady hum of the mains is an "
+     "electrode's, not a "
+     "muscle's. If the subject cannot relax further, raise limits.muscle_activity."},
+    {"rejected by hand", "An operator rejected the trial after its verdict and said why.",
+     "What the operator saw: a cough, a slip, a wrong posture.",
+     "Nothing: the trial is left out of every estimate and queued again. The review holds the reason and the "
+     "name."},
 };
 
 }  // namespace

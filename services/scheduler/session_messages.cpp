@@ -7,6 +7,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "services/contract/subject.hpp"
 #include "services/scheduler/session_machine.hpp"
 
 namespace tonus::scheduler {
@@ -48,6 +49,7 @@ void SessionMachine::publish_plan() {
   plan.session_id(s.started.session_id);
   if (s.bound) plan.rig_id(s.bound->rig_id);
   plan.subject(s.started.subject);
+  plan.subject_facts(contract::unknown_subject());
   plan.protocol_name(s.protocol.name);
   plan.protocol_toml(s.started.protocol_toml);
   plan.seed(s.started.seed);

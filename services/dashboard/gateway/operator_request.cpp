@@ -6,6 +6,7 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/contract/subject.hpp"
 #include "services/core/clock.hpp"
 
 namespace tonus::dashboard {
@@ -105,6 +106,7 @@ Result<OperatorCommand> session_command(const json& object, v1::SessionRequest r
   command.request(request);
   command.protocol_toml(*protocol);
   command.subject(*subject);
+  command.subject_facts(contract::unknown_subject());
   command.requested_by(asker.name);
   return OperatorCommand(std::move(command));
 }

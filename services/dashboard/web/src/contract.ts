@@ -32,6 +32,8 @@ export interface ArchiveResend {
 export interface MatrixEstimate {
   value: Float64Array;
   standard_error: Float64Array;
+  covariance: Float64Array;
+  known_bias: Float64Array;
   low95: Float64Array;
   high95: Float64Array;
   has_ellipse: boolean;
@@ -39,11 +41,20 @@ export interface MatrixEstimate {
   shape: number;
   orientation_deg: number;
   curl: number;
+  size_low95: number;
+  size_high95: number;
+  shape_low95: number;
+  shape_high95: number;
+  orientation_low95_deg: number;
+  orientation_high95_deg: number;
+  curl_low95: number;
+  curl_high95: number;
 }
 
 export interface VectorEstimate {
   value: Float64Array;
   standard_error: Float64Array;
+  covariance: Float64Array;
   low95: Float64Array;
   high95: Float64Array;
 }
@@ -69,7 +80,8 @@ export const FitTest = {
   FIT_POSITION: 10,
   FIT_CLIPPING: 11,
   FIT_HELD_SAMPLES: 12,
-  FIT_WIDTH: 13,
+  FIT_CROSS_CHECK: 13,
+  FIT_WIDTH: 14,
 } as const;
 export type FitTest = (typeof FitTest)[keyof typeof FitTest];
 
@@ -138,6 +150,7 @@ export interface Estimate {
   independent_units: number;
   checks: FitCheck[];
   parameters: ModelParameter[];
+  prior: string;
   compared_models: string;
   trials: TrialRange[];
 }
@@ -153,6 +166,14 @@ export interface RigLimits {
   workspace_centre_m: Float64Array;
   workspace_radius_m: number;
   force_N: number;
+}
+
+export interface AuxiliaryChannel {
+  name: string;
+  type: string;
+  unit: string;
+  unit_per_value: number;
+  values_per_sample: number;
 }
 
 export interface RigDescription {
@@ -182,6 +203,8 @@ export interface RigDescription {
   watchdog_s: number;
   limits_off: string[];
   limits: RigLimits[];
+  auxiliary_channels: AuxiliaryChannel[];
+  marks_onset: boolean;
 }
 
 export const RigMode = {
@@ -242,6 +265,17 @@ export interface SampleBlock {
   is_resent: boolean;
   send_ns: bigint;
   samples: RigSample[];
+}
+
+export interface AuxiliaryBlock {
+  rig_id: Uint8Array;
+  session_id: Uint8Array;
+  trial_id: Uint8Array;
+  epoch: bigint;
+  first_sequence: bigint;
+  sample_count: number;
+  is_resent: boolean;
+  values: Float32Array;
 }
 
 export interface RigTiming {
@@ -401,10 +435,26 @@ export interface PlannedPosture {
   trials: number;
 }
 
+export interface SubjectFacts {
+  age_years: number;
+  sex: string;
+  handedness: string;
+  measured_arm: string;
+  height_m: number;
+  weight_kg: number;
+  link_lengths_m: Float64Array;
+  circumferences_m: Float64Array;
+  shoulder_m: Float64Array;
+}
+
 export interface SessionPlan {
   session_id: Uint8Array;
   rig_id: Uint8Array;
   subject: string;
+  subject_facts: SubjectFacts;
+  operator_name: string;
+  study: string;
+  is_pilot: boolean;
   protocol_name: string;
   protocol_toml: string;
   seed: bigint;
@@ -428,6 +478,19 @@ export const SessionPhase = {
 } as const;
 export type SessionPhase = (typeof SessionPhase)[keyof typeof SessionPhase];
 
+export interface ConditionProgress {
+  posture: string;
+  posture_index: number;
+  set_number: number;
+  instruction: string;
+  counted: number;
+  planned: number;
+  precision: number;
+  precision_goal: number;
+  is_finished: boolean;
+  finished_because: string;
+}
+
 export interface SessionState {
   session_id: Uint8Array;
   phase: SessionPhase;
@@ -441,6 +504,7 @@ export interface SessionState {
   planned: number;
   remaining_s: number;
   experiment_s: number;
+  conditions: ConditionProgress[];
 }
 
 export const SessionRequest = {
@@ -448,6 +512,8 @@ export const SessionRequest = {
   SESSION_PAUSE: 1,
   SESSION_RESUME: 2,
   SESSION_ABORT: 3,
+  SESSION_REJECT_TRIAL: 4,
+  SESSION_NOTE: 5,
 } as const;
 export type SessionRequest = (typeof SessionRequest)[keyof typeof SessionRequest];
 
@@ -457,7 +523,13 @@ export interface SessionCommand {
   request: SessionRequest;
   protocol_toml: string;
   subject: string;
+  subject_facts: SubjectFacts;
+  study: string;
+  is_pilot: boolean;
   seed: bigint;
+  trial_id: Uint8Array;
+  text: string;
+  note_kind: string;
   requested_by: string;
 }
 
@@ -466,6 +538,19 @@ export interface SessionReply {
   request_id: Uint8Array;
   is_done: boolean;
   message: string;
+}
+
+export interface SessionNote {
+  note_id: Uint8Array;
+  session_id: Uint8Array;
+  trial_id: Uint8Array;
+  kind: string;
+  text: string;
+  written_by: string;
+  written_ns: bigint;
+  has_rig_clock: boolean;
+  rig_clock_ns: bigint;
+  epoch: bigint;
 }
 
 export interface SessionCue {
@@ -479,6 +564,7 @@ export interface SessionCue {
 export const TrialKind = {
   TRIAL_PERTURBATION: 0,
   TRIAL_RECORDING: 1,
+  TRIAL_CONTRACTION: 2,
 } as const;
 export type TrialKind = (typeof TrialKind)[keyof typeof TrialKind];
 
@@ -534,6 +620,8 @@ export interface TrialOutcome {
   onset_sequence: bigint;
   last_sequence: bigint;
   sample_rate_Hz: number;
+  is_onset_marked: boolean;
+  mark_sequence: bigint;
 }
 
 export const VerdictReason = {
@@ -548,8 +636,18 @@ export const VerdictReason = {
   REASON_NOT_AT_REST: 8,
   REASON_UNKNOWN_RIG: 9,
   REASON_LET_GO: 10,
+  REASON_MUSCLES_ACTIVE: 11,
+  REASON_REJECTED_BY_HAND: 12,
 } as const;
 export type VerdictReason = (typeof VerdictReason)[keyof typeof VerdictReason];
+
+export interface MuscleActivity {
+  channel: string;
+  is_normalised: boolean;
+  before_onset: number;
+  short_latency: number;
+  long_latency: number;
+}
 
 export interface TrialVerdict {
   trial_id: Uint8Array;
@@ -567,4 +665,18 @@ export interface TrialVerdict {
   end_speed_m_per_s: number;
   saturated_samples: number;
   missing_samples: number;
+  muscles: MuscleActivity[];
+  co_contraction: number;
+}
+
+export interface TrialReview {
+  trial_id: Uint8Array;
+  session_id: Uint8Array;
+  attempt: number;
+  planned_index: number;
+  posture_index: number;
+  is_rejected: boolean;
+  reason: string;
+  reviewed_by: string;
+  reviewed_ns: bigint;
 }

@@ -96,7 +96,7 @@ TEST(Wire, TellsEveryDefectApart) {
   for (int defect = 0; defect <= static_cast<int>(Defect::kLetGo); ++defect) {
     reasons.insert(to_wire(static_cast<Defect>(defect)));
   }
-  EXPECT_THAT(reasons, SizeIs(v1::REASON_LET_GO + 1));
+  EXPECT_THAT(reasons, SizeIs(static_cast<std::size_t>(Defect::kLetGo) + 1));
 }
 
 TEST(Wire, TellsEveryEndOfATrialApart) {

@@ -24,9 +24,9 @@ TEST(Names, EveryPhaseEndReasonAndStatusHasANameOfItsOwn) {
   EXPECT_EQ(ends.count("unknown end"), 0U);
 
   std::set<std::string> reasons;
-  for (unsigned reason = REASON_NOT_COMPLETED; reason <= REASON_LET_GO; ++reason)
+  for (unsigned reason = REASON_NOT_COMPLETED; reason <= REASON_REJECTED_BY_HAND; ++reason)
     reasons.insert(reason_name(static_cast<VerdictReason>(reason)));
-  EXPECT_EQ(reasons.size(), static_cast<std::size_t>(REASON_LET_GO) + 1);
+  EXPECT_EQ(reasons.size(), static_cast<std::size_t>(REASON_REJECTED_BY_HAND) + 1);
   EXPECT_EQ(reasons.count("unknown reason"), 0U);
 
   std::set<std::string> states;

@@ -71,7 +71,7 @@ TEST(WireBounds, RefuseAnEnumeratorOfANewerContractWhereverItStands) {
   auto payload = *bus::encode(verdict);
   ASSERT_TRUE(bus::decode<v1::TrialVerdict>(payload));
   // header 4, ids 32, three counts 12, is_valid 1, padding 3, length 4
-  const std::uint32_t unknown = v1::REASON_LET_GO + 1;
+  const std::uint32_t unknown = v1::REASON_REJECTED_BY_HAND + 1;
   std::memcpy(payload.data() + 56, &unknown, sizeof unknown);
   EXPECT_FALSE(bus::decode<v1::TrialVerdict>(payload));
 }
