@@ -6,6 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/contract/names.hpp"
+#include "services/contract/review.hpp"
 #include "services/store/archived_trial.hpp"
 #include "services/store/sample_reader.hpp"
 #include "services/verification/reidentification.hpp"
@@ -16,7 +17,9 @@ namespace {
 using store::Session;
 using Outcome = EstimateCheck::Outcome;
 
-std::string verdict_text(const v1::TrialVerdict& verdict) {
+/// Of the verdict that holds, with an operator's review.
+std::string verdict_text(const v1::TrialVerdict& given, const v1::TrialReview* review) {
+  const v1::TrialVerdict verdict = contract::standing_verdict(given, review);
   if (verdict.is_valid()) return "valid";
   return verdict.detail().empty() ? "invalid" : verdict.detail();
 }
@@ -153,8 +156,9 @@ class Verifier {
       const auto now = by_attempt.find(trial.attempt);
       if (!trial.verdict && now == by_attempt.end()) continue;
       VerdictCheck check{trial.attempt, true, {}, {}};
-      if (trial.verdict) check.published = verdict_text(trial.verdict->value);
-      if (now != by_attempt.end()) check.found = verdict_text(*now->second);
+      const v1::TrialReview* review = trial.review ? &trial.review->value : nullptr;
+      if (trial.verdict) check.published = verdict_text(trial.verdict->value, review);
+      if (now != by_attempt.end()) check.found = verdict_text(*now->second, review);
       check.is_equal = trial.verdict && now != by_attempt.end() &&
                        trial.verdict->value.is_valid() == now->second->is_valid() &&
                        trial.verdict->value.reasons() == now->second->reasons();
