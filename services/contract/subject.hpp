@@ -16,7 +16,7 @@ namespace tonus::contract {
 [[nodiscard]] v1::SubjectFacts unknown_subject();
 
 /// Bytes of a name: of a subject, an operator, a study.
-inline constexpr std::size_t kNameMost = 64;
+inline constexpr std::size_t kNameMost = 80;
 /// Years. An older person could be known by the age: 89 stands for 89 and more.
 inline constexpr double kAgeMost = 89.0;
 

@@ -184,7 +184,12 @@ class Verifier {
       const v1::Estimate* found = now == by_id.end() ? nullptr : now->second;
       found_.estimates.push_back(compare(session, choice, published, found));
       if (now != by_id.end()) by_id.erase(now);
-      const EstimateCheck& check = found_.estimates.back();
+      EstimateCheck& check = found_.estimates.back();
+      if (const std::string kept = rejected_trials_of(session, published); found_.is_over && !kept.empty()) {
+        check.remark = "uses what was rejected by hand: " + kept;
+        problem(fmt::format("{}, {}: {}", condition_text(published), published.method(), check.remark));
+        continue;
+      }
       if (check.outcome == Outcome::kDiffers || check.outcome == Outcome::kNotReproduced) {
         problem(fmt::format("{}, {}: {}", condition_text(published), published.method(), check.remark));
       }
@@ -196,6 +201,18 @@ class Verifier {
       if (must_be_there)
         problem(fmt::format("{}, {}: was not published", condition_text(estimate), estimate.method()));
     }
+  }
+
+  /// "trial 3, trial 5": those behind the estimate that an operator rejected; empty: none.
+  static std::string rejected_trials_of(const Session& session, const v1::Estimate& estimate) {
+    std::string text;
+    for (const store::SessionTrial& trial : session.trials) {
+      if (!trial.review || !trial.review->value.is_rejected()) continue;
+      const bool is_used = std::ranges::any_of(
+          estimate.trials(), [&](const v1::TrialRange& used) { return used.attempt() == trial.attempt; });
+      if (is_used) text += fmt::format("{}trial {}", text.empty() ? "" : ", ", trial.attempt);
+    }
+    return text;
   }
 
   /// Tries what may have been different: the trials that there were, a given filter frequency, the sign.

@@ -77,11 +77,11 @@ TEST(Subject, HasLengthsOfAPerson) {
 TEST(SubjectName, IsAnyOneLineThatHasALabelInBids) {
   for (const char* name : {"s01", "sub-01", "P 01", "Jürgen"}) EXPECT_TRUE(check_subject_name(name)) << name;
   for (const std::string& name : {std::string(), std::string("sub-"), std::string("a\nb"),
-                                  std::string("\x1b[2J"), std::string("\xff"), std::string(65, 's')})
+                                  std::string("\x1b[2J"), std::string("\xff"), std::string(81, 's')})
     EXPECT_FALSE(check_subject_name(name)) << name;
   EXPECT_EQ(
       check_subject_name("sub-").error().message,
-      "subject: 'sub-' is not allowed; expected a name of 1 to 64 bytes on one line, after 'sub-' if it "
+      "subject: 'sub-' is not allowed; expected a name of 1 to 80 bytes on one line, after 'sub-' if it "
       "begins so");
 }
 
@@ -99,7 +99,7 @@ TEST(People, AreCheckedTogether) {
   start.study("posture\n2026");
   EXPECT_EQ(check_people(start).error().message.substr(0, 6), "study:");
   start.study("posture 2026");
-  start.requested_by(std::string(65, 'o'));
+  start.requested_by(std::string(81, 'o'));
   EXPECT_EQ(check_people(start).error().message.substr(0, 9), "operator:");
 }
 
