@@ -7,6 +7,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/subject.hpp"
+#include "services/core/crc32c.hpp"
 #include "services/store/memory_store.hpp"
 #include "services/store/wire.hpp"
 
