@@ -80,6 +80,8 @@ std::optional<std::int64_t> SessionMachine::rig_clock_ns() const {
 void SessionMachine::take_note(const v1::SessionCommand& command) {
   const LedgerState& s = ledger_.state();
   const auto refuse = [&](const std::string& why) { answer(command.request_id(), false, why); };
+  if (std::ranges::find(s.notes, command.request_id(), &record::Noted::note_id) != s.notes.end())
+    return answer(command.request_id(), true, "noted");  // long ago; its answer is forgotten
   if (auto good = contract::check_note_kind(command.note_kind()); !good) return refuse(good.error().message);
   if (auto good = contract::check_operator_text("text", command.text()); !good)
     return refuse(good.error().message);
