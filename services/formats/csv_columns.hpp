@@ -16,6 +16,14 @@
 /// The columns of every CSV file of a session: one table each makes the header, the rows and columns.csv.
 namespace tonus::formats {
 
+[[nodiscard]] std::span<const CsvColumn<store::Session>> session_columns();
+
+struct NoteRow {
+  const store::Session& session;
+  const v1::SessionNote& note;
+};
+[[nodiscard]] std::span<const CsvColumn<NoteRow>> note_columns();
+
 /// A trial with an outcome.
 struct TrialRow {
   explicit TrialRow(const store::SessionTrial& of)

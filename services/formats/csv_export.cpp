@@ -18,7 +18,8 @@ using store::Session;
 using store::SessionTrial;
 
 std::string columns_text() {
-  return "file,column,unit,meaning\n" + description_of("trials.csv", trial_columns()) +
+  return "file,column,unit,meaning\n" + description_of("session.csv", session_columns()) +
+         description_of("trials.csv", trial_columns()) + description_of("notes.csv", note_columns()) +
          description_of("estimates.csv", estimate_columns()) +
          description_of("samples/trial-N.csv", sample_columns());
 }
@@ -110,7 +111,12 @@ Result<void> write_tables(store::Store& store, const Session& session, const fs:
     TONUS_TRY_ASSIGN(const auto text, samples_text(store, session, trial));
     TONUS_TRY(create_text_file(folder / "samples" / fmt::format("trial-{}.csv", trial.attempt), text));
   }
+  TONUS_TRY(create_text_file(folder / "session.csv",
+                             header_of(session_columns()) + line_of(session_columns(), session)));
   TONUS_TRY(create_text_file(folder / "trials.csv", trials));
+  std::string notes = header_of(note_columns());
+  for (const auto& note : session.notes) notes += line_of(note_columns(), NoteRow{session, note.value});
+  TONUS_TRY(create_text_file(folder / "notes.csv", notes));
   std::string estimates = header_of(estimate_columns());
   for (const auto& estimate : store::newest_estimates(session)) estimates += estimate_lines(estimate);
   TONUS_TRY(create_text_file(folder / "estimates.csv", estimates));

@@ -50,11 +50,13 @@ Result<SchedulerEndpoints> SchedulerEndpoints::create(bus::Bus& bus,
   if (!trial_commands) return trial_commands.error();
   auto rig_commands = bus::TypedWriter<v1::RigCommand>::create(bus, topics::kRigCommand);
   if (!rig_commands) return rig_commands.error();
-  return SchedulerEndpoints{std::move(*commands),       std::move(*outcomes),    std::move(*verdicts),
-                            std::move(*receipts),       std::move(*estimates),   std::move(*descriptions),
-                            std::move(*rig_states),     std::move(*rig_replies), std::move(*plans),
-                            std::move(*states),         std::move(*replies),     std::move(*cues),
-                            std::move(*trial_commands), std::move(*rig_commands)};
+  TONUS_TRY_ASSIGN(auto reviews, bus::TypedWriter<v1::TrialReview>::create(bus, topics::kTrialReview));
+  TONUS_TRY_ASSIGN(auto notes, bus::TypedWriter<v1::SessionNote>::create(bus, topics::kSessionNote));
+  return SchedulerEndpoints{
+      std::move(*commands),       std::move(*outcomes),     std::move(*verdicts),   std::move(*receipts),
+      std::move(*estimates),      std::move(*descriptions), std::move(*rig_states), std::move(*rig_replies),
+      std::move(*plans),          std::move(*states),       std::move(*replies),    std::move(*cues),
+      std::move(*trial_commands), std::move(*rig_commands), std::move(reviews),     std::move(notes)};
 }
 
 Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
@@ -202,6 +204,9 @@ Result<void> SchedulerService::record(const std::vector<Record>& records) {
       spdlog::info("trial {} rejected: {}", rejected->attempt, rejected->reason);
     } else if (const auto* refused = std::get_if<record::Refused>(&entry)) {
       spdlog::warn("trial {} refused by the rig: {}", refused->attempt, refused->reason);
+    } else if (const auto* reviewed = std::get_if<record::Reviewed>(&entry)) {
+      spdlog::info("trial {} rejected by hand by {}: {}", reviewed->attempt, reviewed->reviewed_by,
+                   reviewed->reason);
     } else if (const auto* ended = std::get_if<record::Ended>(&entry)) {
       spdlog::info("session {}: {}", phase_name(ended->phase), ended->message);
       is_over_ = true;
@@ -228,6 +233,8 @@ bool SchedulerService::offer(const Message& message) {
     if constexpr (std::is_same_v<T, v1::SessionCue>) return endpoints_.cues.write(value);
     if constexpr (std::is_same_v<T, v1::TrialCommand>) return endpoints_.trial_commands.write(value);
     if constexpr (std::is_same_v<T, v1::RigCommand>) return endpoints_.rig_commands.write(value);
+    if constexpr (std::is_same_v<T, v1::TrialReview>) return endpoints_.reviews.write(value);
+    if constexpr (std::is_same_v<T, v1::SessionNote>) return endpoints_.notes.write(value);
   };
   const auto sent = std::visit(write, message);
   if (sent || sent.error().code == ErrorCode::kTimeout) return sent.has_value();

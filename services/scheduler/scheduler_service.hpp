@@ -39,6 +39,8 @@ struct SchedulerEndpoints {
   bus::TypedWriter<v1::SessionCue> cues;
   bus::TypedWriter<v1::TrialCommand> trial_commands;
   bus::TypedWriter<v1::RigCommand> rig_commands;
+  bus::TypedWriter<v1::TrialReview> reviews;
+  bus::TypedWriter<v1::SessionNote> notes;
 
   [[nodiscard]] static Result<SchedulerEndpoints> create(bus::Bus& bus,
                                                          std::shared_ptr<bus::Notifier> notifier);

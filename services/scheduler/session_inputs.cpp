@@ -89,6 +89,7 @@ Effects SessionMachine::on_rig_description(const v1::RigDescription& description
 }
 
 Effects SessionMachine::on_rig_state(const v1::RigState& state) {
+  rig_heard_at_ = clock_.now();
   note_rig_mode(state);
   advance();
   return finish();

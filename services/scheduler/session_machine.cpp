@@ -224,7 +224,8 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const protocol
   std::size_t left_out = 0;
   for (const auto& [id, estimate] : estimates_) {
     if (!protocol::is_of_set_one(estimate, s.started.session_id, block.posture_index,
-                                 s.protocol.bias->method))
+                                 s.protocol.bias->method) ||
+        uses_rejected_trial(estimate))
       continue;
     const std::size_t without = protocol::trials_left_out(estimate, attempts);
     if (best != nullptr && without >= left_out) continue;
