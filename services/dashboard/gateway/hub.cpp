@@ -88,6 +88,13 @@ void Hub::leave(ClientId id) {
     std::erase_if(listeners, [id](const Listener& listener) { return listener.client == id; });
 }
 
+void Hub::dismiss_all() {
+  for (auto& [id, client] : clients_) {
+    client.is_ending = true;
+    client.link->end(CloseCode::kGoingAway, "the gateway ends");
+  }
+}
+
 void Hub::on_text(ClientId id, std::string_view text) {
   const auto found = clients_.find(id);
   if (found == clients_.end() || !may_speak(id, found->second)) return;

@@ -66,6 +66,8 @@ class Hub {
   [[nodiscard]] ClientId join_json(ClientLink& link, Role role, const std::string& peer,
                                    std::span<const std::string_view> wanted);
   void leave(ClientId client);
+  /// The gateway ends: each client is told so, and nothing more is sent.
+  void dismiss_all();
 
   void on_text(ClientId client, std::string_view text);
   void on_binary(ClientId client, std::span<const std::byte> frame);

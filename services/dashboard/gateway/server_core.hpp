@@ -47,6 +47,7 @@ struct ServerCore {
   boost::asio::ip::tcp::acceptor acceptor{io};
   boost::asio::steady_timer status_timer{io};
   boost::asio::steady_timer accept_again{io};
+  boost::asio::steady_timer goodbye_timer{io};
   boost::asio::thread_pool reading_thread{1};  ///< For archive and reports.
 };
 

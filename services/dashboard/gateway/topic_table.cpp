@@ -66,8 +66,8 @@ constexpr char kReplySchema[] = R"({
 
 Flow flow_of(const bus::TopicSpec& spec) {
   constexpr std::array<std::string_view, 6> kForEyes{
-      topics::kRigSamples.spec.name, topics::kRigAuxiliary.spec.name, topics::kRigLease.spec.name, topics::kEstimateLive.spec.name,
-      topics::kClockProbe.spec.name, topics::kClockEcho.spec.name};
+      topics::kRigSamples.spec.name,   topics::kRigAuxiliary.spec.name, topics::kRigLease.spec.name,
+      topics::kEstimateLive.spec.name, topics::kClockProbe.spec.name,   topics::kClockEcho.spec.name};
   if (std::find(kForEyes.begin(), kForEyes.end(), spec.name) != kForEyes.end()) return Flow::kLive;
   return spec.qos.durability == bus::Durability::kTransientLocal ? Flow::kKept : Flow::kOnce;
 }

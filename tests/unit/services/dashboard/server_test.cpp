@@ -4,6 +4,7 @@
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 #include <sstream>
+#include <thread>
 
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/dashboard/gateway_fixture.hpp"
@@ -244,6 +245,30 @@ class Log {
   std::ostringstream text_;
   std::shared_ptr<spdlog::logger> before_;
 };
+
+TEST(Server, TellsEveryClientThatItEnds) {
+  Gateway gateway;
+  Client page(gateway.port());
+  Client program(gateway.port());
+  ASSERT_EQ(page.open(), 101);
+  ASSERT_EQ(program.open({.target = "/json", .subprotocol = ""}), 101);
+  std::thread ending([&] { gateway.stop(); });
+  for (Client* client : {&page, &program}) {
+    while (client->receive()) {
+    }
+    EXPECT_EQ(client->close_code(), 1001);
+    EXPECT_EQ(client->close_reason(), "the gateway ends");
+  }
+  ending.join();
+}
+
+TEST(Server, AClientThatReadsNothingDoesNotKeepItFromEnding) {
+  Gateway gateway;
+  Client silent(gateway.port());
+  ASSERT_EQ(silent.open(), 101);
+  gateway.stop();
+  EXPECT_ANY_THROW((void)get(gateway.port(), {.target = "/api/gateway"})) << "nobody listens any more";
+}
 
 /// Sends until the gateway ends the connection.
 void attack(Client& client, const std::string& target, const std::vector<std::string>& texts) {
