@@ -12,6 +12,7 @@ const { mkdirSync } = require("node:fs");
 const { gzipSync } = require("node:zlib");
 const { ScriptedGateway } = require("./scripted_gateway.cjs");
 const { states, Desk, archive } = require("./desk_states.cjs");
+const further = require("./remark_scenarios.cjs").scenarios;
 
 const [packages, executablePath, pages, idl, screenshots, mode] = process.argv.slice(2);
 const require_ = createRequire(join(packages, "package.json"));
@@ -291,7 +292,7 @@ async function load(browser, gateway) {
 (async () => {
   mkdirSync(screenshots, { recursive: true });
   const gateway = await ScriptedGateway.start({ packages, pages, idl });
-  gateway.answers.set("/api/protocols", [{ name: "unloaded", text: 'kind = "unloaded"' }, { name: "cohort", text: 'kind = "study"' }]);
+  gateway.answers.set("/api/protocols", [{ name: "unloaded", text: 'kind = "unloaded"' }, { name: "cohort", text: 'kind = "study"\nname = "cohort"' }]);
   archive(gateway);
   const desk = new Desk(gateway);
   const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"] });
@@ -309,6 +310,8 @@ async function load(browser, gateway) {
     await phone(browser, gateway, desk, stops);
     await compareSessions(browser, gateway, desk, stops);
     await anyTrial(browser, gateway, desk, stops);
+    const tools = { openPage, look, until, says, named, looks, screenshots, fail };
+    for (const scenario of further) await scenario(tools, browser, gateway, desk, stops);
     await print(browser, gateway, desk);
     await load(browser, gateway);
     if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);

@@ -2,13 +2,16 @@
 
 #include <algorithm>
 #include <boost/beast/ssl.hpp>
+#include <charconv>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "services/core/text.hpp"
 #include "services/dashboard/gateway/json_messages.hpp"
 #include "services/dashboard/gateway/metrics.hpp"
 #include "services/dashboard/gateway/open_api.hpp"
+#include "services/dashboard/gateway/protocol_check.hpp"
 #include "services/dashboard/gateway/server_core.hpp"
 #include "services/dashboard/gateway/websocket_client.hpp"
 
@@ -26,7 +29,7 @@ constexpr std::chrono::seconds kPatience{20};     // for one answer
 constexpr std::size_t kRequestBytes = 64 * 1024;  // on the wire, TLS and the framing of a body included
 constexpr char kOnlyTls[] = "max-age=31536000";   // RFC 6797
 constexpr std::uint32_t kHeaderLimit = 16 * 1024;
-constexpr std::uint64_t kBodyLimit = 1024;
+constexpr std::uint64_t kBodyLimit = 48 * 1024;  // a protocol's text
 constexpr std::size_t kMaximumReadingJobs = 32;
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -54,6 +57,7 @@ constexpr char kReportPolicy[] =
 constexpr char kReportCookie[] = "tonus-report";
 constexpr char kReportPath[] = "/reports/";
 constexpr char kJsonPath[] = "/json";
+constexpr char kCheckPath[] = "/api/protocols/check";
 
 constexpr char kNoPages[] =
     "<!doctype html><meta charset=utf-8><title>tonus</title><p>This gateway has no pages: it was built "
@@ -129,10 +133,11 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   }
 
   void route() {
-    if (request_.method() != http::verb::get && request_.method() != http::verb::head)
+    const auto where = path();
+    const bool is_check = where == kCheckPath && request_.method() == http::verb::post;
+    if (!is_check && request_.method() != http::verb::get && request_.method() != http::verb::head)
       return respond(http::status::method_not_allowed, "application/json", error_text("GET is needed"));
     const bool is_upgrade = beast::websocket::is_upgrade(request_);
-    const auto where = path();
     const bool is_guarded = is_upgrade || where == "/metrics" || where.starts_with(kReportPath) ||
                             (where.starts_with("/api/") && where != "/api/gateway");
     if (!is_guarded) return where == "/api/gateway" ? give_info() : give_page(where);
@@ -155,6 +160,9 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       return respond(http::status::ok, "application/json",
                      core_.hub.status_json(core_.inbox->live_dropped()));
     if (where == "/metrics") return give_metrics();
+    if (is_check) return give_check();
+    if (where == "/api/protocols/keys")
+      return respond(http::status::ok, "application/json", protocol_keys_json());
     if (where == "/api/openapi.json")
       return respond(http::status::ok, "application/json", std::string(kOpenApi));
     if (const auto topics = topics_of_path(where); !topics.empty())
@@ -170,6 +178,21 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     read_elsewhere([this, text = std::move(text)] {
       return ApiAnswer{200, kMetricsType,
                        text + file_metrics(core_.options.folders.store, core_.options.certificate)};
+    });
+  }
+
+  /// The body is a protocol's text.
+  void give_check() {
+    const std::string seed = query_value(target(), "seed");
+    std::uint64_t number = 1;
+    const auto [end, error] = std::from_chars(seed.data(), seed.data() + seed.size(), number);
+    if (!seed.empty() && (error != std::errc() || end != seed.data() + seed.size())) {
+      return respond(http::status::bad_request, "application/json",
+                     error_text(fmt::format("seed: '{:.40}' is not allowed; expected a whole number from 0",
+                                            shown(seed))));
+    }
+    read_elsewhere([text = request_.body(), number, rig = core_.hub.rig_description()] {
+      return ApiAnswer{200, "application/json", check_protocol(text, number, rig)};
     });
   }
 

@@ -235,6 +235,15 @@ std::vector<PassedMessage> Hub::latest(std::string_view topic) const {
   return latest_.of(topic_named(topic).channel.id);
 }
 
+std::optional<v1::RigDescription> Hub::rig_description() const {
+  std::optional<v1::RigDescription> found;
+  for (const PassedMessage& message : latest(topics::kRigDescription.spec.name)) {
+    const auto description = bus::decode<v1::RigDescription>(*message.payload);
+    if (description && Id(description->rig_id()) == options_.rig) found = *description;
+  }
+  return found;
+}
+
 void Hub::on_reply(const OperatorReply& reply) { fan_out_json(kReplyTopic, reply_text(reply)); }
 
 void Hub::fan_out_json(std::string_view name, const std::string& json) {

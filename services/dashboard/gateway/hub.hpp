@@ -95,7 +95,9 @@ class Hub {
   [[nodiscard]] std::uint64_t refused(Refused kind) const { return refused_[static_cast<std::size_t>(kind)]; }
   /// The newest message of each key of a topic, in the order of their coming.
   [[nodiscard]] std::vector<PassedMessage> latest(std::string_view topic) const;
-  /// The same of several topics as a JSON list. Messages that cannot be read are left out and counted.
+  /// Of the gateway's rig, the newest.
+  [[nodiscard]] std::optional<v1::RigDescription> rig_description() const;
+  /// The newest of several topics as a JSON list. Messages that cannot be read are left out and counted.
   [[nodiscard]] std::string latest_json(std::span<const std::string_view> wanted);
   [[nodiscard]] const ResultLatency& latency() const { return latency_; }
   [[nodiscard]] std::string status_json(std::uint64_t arrival_drops) const;

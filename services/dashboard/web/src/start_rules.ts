@@ -22,3 +22,13 @@ export function knownSubjects(sessions: { subject: string }[]): { id: string; se
 
 /// A seed that nobody chose, short enough to be read aloud.
 export const drawnSeed = (): number => 1 + (crypto.getRandomValues(new Uint32Array(1))[0]! % 999_999);
+
+/// A session of the archive, as far as the form needs it; the newest comes first.
+export interface KnownSession {
+  session_id: string;
+  subject: string;
+}
+
+/// The names that studies give themselves.
+export const studyNames = (protocols: { text: string }[]): string[] =>
+  protocols.filter((protocol) => !isOfOneSession(protocol)).flatMap(({ text }) => /^\s*name\s*=\s*"([^"]*)"/m.exec(text)?.[1] ?? []);

@@ -197,7 +197,7 @@ TEST(OpenApi, EveryPathThatIsDescribedIsAnswered) {
   options.folders.store = std::string(TONUS_SOURCE) + "/tests/acceptance/recorded_session/session.sqlite";
   Gateway gateway(Access({}, {}), options);
   for (const auto& [path, item] : document()["paths"].items()) {
-    if (path == "/json") continue;  // a WebSocket: see JsonSocket
+    if (path == "/json" || !item.contains("get")) continue;  // see JsonSocket, Server
     std::string asked = std::regex_replace(path, std::regex(R"(\{id\})"), "last");
     asked = std::regex_replace(asked, std::regex(R"(\{attempt\})"), "1");
     const auto [status, body] = get(gateway.port(), {.target = asked});

@@ -1,6 +1,7 @@
 #include "services/dashboard/gateway/server.hpp"
 
 #include <fstream>
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 #include <sstream>
@@ -245,6 +246,25 @@ class Log {
   std::ostringstream text_;
   std::shared_ptr<spdlog::logger> before_;
 };
+
+TEST(Server, ChecksAProtocolThatIsPosted) {
+  Gateway gateway;
+  const std::string text = "schema = 1\nkind = \"none\"\n";
+  const auto post = [&](const std::string& target, const std::string& body) {
+    return answer_to(gateway.port(),
+                     fmt::format("POST {} HTTP/1.1\r\nHost: localhost:{}\r\nConnection: close\r\n"
+                                 "Content-Length: {}\r\n\r\n{}",
+                                 target, gateway.port(), body.size(), body));
+  };
+  const std::string answer = post("/api/protocols/check?seed=3", text);
+  EXPECT_THAT(answer, HasSubstr("200 OK"));
+  const json found = json::parse(answer.substr(answer.find("\r\n\r\n")));
+  EXPECT_EQ(found["problem"]["key"], "kind");
+  EXPECT_EQ(found["problem"]["line"], 2);
+  EXPECT_THAT(post("/api/protocols/check?seed=x", text), HasSubstr("400 Bad"));
+  EXPECT_THAT(post("/api/protocols", text), HasSubstr("405 Method"));
+  EXPECT_THAT(post("/api/protocols/check", std::string(60'000, 'x')), HasSubstr("413 Payload"));
+}
 
 TEST(Server, TellsEveryClientThatItEnds) {
   Gateway gateway;
