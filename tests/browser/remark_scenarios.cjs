@@ -98,7 +98,7 @@ async function startForm({ openPage, look, until, says, named, looks, screenshot
     desk.enter(named("ready"));
     const name = `start form, ${looks[lookNumber].viewport.width}`;
     gateway.answers.set("/api/protocols/check", (body) => (body.includes("kind") ? accepted(40) : { is_accepted: false, kind: "", name: "", problem: { key: "", line: 1, message: "not TOML: expected =" }, document: null, preview: null }));
-    gateway.answers.set(`/api/sessions/${"5a".repeat(16)}/plans`, [{ message: { subject_facts: facts } }]);
+    gateway.answers.set("/api/subjects", [{ subject: "sub-07", sessions: 2, pilot_sessions: 1, subject_facts: facts }]);
     gateway.reply = ({ request_id, request }) => ({ request_id, request, is_done: true, message: "started", requested_by: "test" });
     gateway.requests.length = 0;
     const page = await openPage(browser, gateway, "", looks[lookNumber]);

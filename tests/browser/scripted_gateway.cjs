@@ -27,7 +27,7 @@ class ScriptedGateway {
   #http;
   #options;
   /// Answers to HTTP requests by path: objects become JSON, buffers go as they are, functions get the request's body.
-  answers = new Map([["/api/protocols", []], ["/api/sessions", []], ["/api/reports", []], ["/api/role", { role: "operate" }]]);
+  answers = new Map([["/api/protocols", []], ["/api/sessions", []], ["/api/subjects", []], ["/api/studies", []], ["/api/jobs", []], ["/api/reports", []], ["/api/role", { role: "operate" }]]);
   requests = [];
   /// What becomes of a request of a page: a reply, or undefined for silence.
   reply = (request) => ({ request_id: request.request_id, request: request.request, is_done: true, message: "done", requested_by: "test" });

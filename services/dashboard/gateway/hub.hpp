@@ -19,6 +19,7 @@
 #include "services/dashboard/gateway/result_latency.hpp"
 #include "services/dashboard/gateway/token_bucket.hpp"
 #include "services/dashboard/gateway/topic_table.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::dashboard {
 
@@ -85,7 +86,7 @@ class Hub {
   /// Notes a refusal and logs it, unless very many are.
   void refuse(Refused kind, const std::string& peer, const std::string& reason);
 
-  /// Whether anybody subscribes to a channel.
+  /// Whether anybody subscribes to a channel, or to what is made of it.
   [[nodiscard]] bool is_wanted(std::uint32_t channel) const;
 
   [[nodiscard]] const std::vector<OfferedTopic>& topics() const { return topics_; }
@@ -139,6 +140,8 @@ class Hub {
             const PassedMessage& message);
   void fan_out(const OfferedTopic& topic, const PassedMessage& message);
   void fan_out_json(std::string_view topic, const std::string& json);
+  void derive(const OfferedTopic& topic, const PassedMessage& message);
+  void derive_hand(const PassedMessage& message);
   void note_results(const OfferedTopic& topic, const PassedMessage& message);
   void end(Client& client, Refused kind, CloseCode code, const std::string& reason);
 
@@ -148,6 +151,7 @@ class Hub {
   std::function<void(OperatorRequest)> ask_;
   LatestValues latest_;
   ResultLatency latency_;
+  ShoulderPose shoulder_;  ///< Of the newest trial.
   std::map<ClientId, Client> clients_;
   std::map<std::uint32_t, std::vector<Listener>> listeners_;  ///< Of each channel.
   ClientId last_client_ = 0;

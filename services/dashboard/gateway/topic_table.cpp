@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "idl/topics.hpp"
+#include "services/dashboard/gateway/derived_topics.hpp"
 #include "services/dashboard/gateway/idl_texts.hpp"
 
 namespace tonus::dashboard {
@@ -108,6 +109,8 @@ std::vector<OfferedTopic> offered_topics() {
   }
   all.push_back({own_channel(kStatusTopic, "tonus.GatewayStatus", kStatusSchema), Flow::kLive, {}});
   all.push_back({own_channel(kReplyTopic, "tonus.OperatorReply", kReplySchema), Flow::kOnce, {}});
+  all.push_back({own_channel(kHandTopic, "tonus.Hand", kHandSchema), Flow::kLive, {}});
+  all.push_back({own_channel(kSceneTopic, "foxglove.SceneUpdate", kSceneSchema), Flow::kKept, {}});
   std::uint32_t id = 0;
   for (auto& topic : all) topic.channel.id = ++id;
   return all;

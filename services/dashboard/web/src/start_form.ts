@@ -6,10 +6,11 @@ import { getJson } from "./access";
 import { randomId } from "./connection";
 import { setReason } from "./controls";
 import { el, panel, setText } from "./dom";
+import { editedProtocol } from "./edited_protocol";
 import { keepOperatorName, LONGEST_NAME, operatorName } from "./operator_name";
 import { LatestCheck } from "./protocol_check";
 import { checkLine, extremeLine, type ProtocolCheck } from "./protocol_words";
-import { drawnSeed, isOfOneSession, knownSubjects, studyNames, subjectProblem, type KnownSession } from "./start_rules";
+import { drawnSeed, isOfOneSession, studyNames, subjectProblem, subjectText, type KnownSubject } from "./start_rules";
 import { enteredOf, factsOf, subjectFields, type Facts } from "./subject_facts";
 
 const USUAL = "unloaded";
@@ -29,7 +30,7 @@ export class StartForm {
   #age: HTMLElement;
   #actions: StartActions;
   #protocols = new Map<string, string>();
-  #sessions: KnownSession[] = [];
+  #subjects: KnownSubject[] = [];
   #reason = "";
   #check = new LatestCheck();
   #checkTimer = 0;
@@ -108,7 +109,7 @@ export class StartForm {
     for (const source of [this.#fromList, this.#fromFile]) source.addEventListener("change", () => this.#showSource());
     this.#protocol.addEventListener("change", () => this.#choose("list"));
     this.#file.addEventListener("change", () => this.#choose("file"));
-    this.#known.addEventListener("change", () => void this.#recall());
+    this.#known.addEventListener("change", () => this.#recall());
     this.#subject.addEventListener("input", () => this.#showSubject());
     this.#seed.addEventListener("input", () => this.#checkSoon());
     this.#operator.addEventListener("input", () => keepOperatorName(this.#operator.value));
@@ -123,6 +124,8 @@ export class StartForm {
       const list = await getJson<{ name: string; text: string }[]>("/api/protocols");
       const chosen = this.#protocol.value || USUAL;
       this.#protocols = new Map(list.filter(isOfOneSession).map(({ name, text }) => [name, text]));
+      const edited = editedProtocol();
+      if (edited) this.#protocols.set(`edited: ${edited.name}`, edited.text);
       this.#protocol.replaceChildren(...[...this.#protocols.keys()].map((name) => el("option", { value: name }, name)));
       if (this.#protocols.has(chosen)) this.#protocol.value = chosen;
       const study = this.#study.value;
@@ -149,38 +152,29 @@ export class StartForm {
     if (seed) this.#seed.value = seed;
     this.#choose("list");
     this.#showSubject();
-    void this.#recall(subject);
+    this.#recall(subject);
     this.root.scrollIntoView();
     this.#start.focus();
   }
 
   async #loadSubjects(): Promise<void> {
     try {
-      this.#sessions = await getJson<KnownSession[]>("/api/sessions");
-      const subjects = knownSubjects(this.#sessions);
+      const subjects = await getJson<KnownSubject[]>("/api/subjects");
+      this.#subjects = subjects;
       const chosen = this.#known.value;
-      const options = subjects.map(({ id, sessions }) =>
-        el("option", { value: id }, `${id} (${sessions} ${sessions === 1 ? "session" : "sessions"})`),
-      );
+      const options = subjects.map((known) => el("option", { value: known.subject }, subjectText(known)));
       this.#known.replaceChildren(el("option", { value: NEW }, "new…"), ...options);
-      if (subjects.some(({ id }) => id === chosen)) this.#known.value = chosen;
+      if (subjects.some(({ subject }) => subject === chosen)) this.#known.value = chosen;
       this.#showSubject();
     } catch (error) {
       this.#actions.say(`The archive's subjects cannot be read: ${(error as Error).message}`, true);
     }
   }
 
-  /// What the subject's newest session knew of them. A new subject begins with empty fields.
-  async #recall(subject = this.#known.value): Promise<void> {
+  /// What the archive knows of the subject. A new one begins with empty fields.
+  #recall(subject = this.#known.value): void {
     this.#showSubject();
-    const newest = this.#sessions.find((session) => session.subject === subject);
-    if (!newest) return this.#enter({});
-    try {
-      const plans = await getJson<{ message: { subject_facts: Facts } }[]>(`/api/sessions/${newest.session_id}/plans`);
-      if ((this.#known.value || this.#subject.value) === subject) this.#enter(plans[0]?.message.subject_facts ?? {});
-    } catch (error) {
-      this.#actions.say(`What is known of ${subject} cannot be read: ${(error as Error).message}`, true);
-    }
+    this.#enter(this.#subjects.find((known) => known.subject === subject)?.subject_facts ?? {});
   }
 
   #enter(facts: Facts): void {
