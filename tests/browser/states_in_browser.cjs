@@ -12,7 +12,7 @@ const { mkdirSync } = require("node:fs");
 const { gzipSync } = require("node:zlib");
 const { ScriptedGateway } = require("./scripted_gateway.cjs");
 const { states, Desk, archive } = require("./desk_states.cjs");
-const further = require("./remark_scenarios.cjs").scenarios;
+const further = [...require("./remark_scenarios.cjs").scenarios, ...require("./page_scenarios.cjs").scenarios];
 
 const [packages, executablePath, pages, idl, screenshots, mode] = process.argv.slice(2);
 const require_ = createRequire(join(packages, "package.json"));
@@ -23,7 +23,7 @@ const LARGEST_SHIFT = 0.02;
 const SMALLEST_TEXT_PX = 11;
 const LARGEST_LOAD_BYTES = 100_000;
 
-const paths = ["", "results", "subject", "archive"];
+const paths = ["", "results", "subject", "archive", "studies", "protocols"];
 const looks = ["light", "dark"].flatMap((colorScheme) =>
   [[1280, 720], [820, 1180], [390, 844]].map(([width, height]) => ({ colorScheme, viewport: { width, height } })),
 );

@@ -1,10 +1,15 @@
 #include "services/dashboard/gateway/derived_topics.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gmock/gmock.h>
 #include <limits>
 #include <nlohmann/json.hpp>
 #include <numbers>
+
+#include "services/core/text_file.hpp"
+#include "services/dashboard/gateway/topic_table.hpp"
+#include "tests/support/process.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -78,6 +83,39 @@ TEST(DerivedTopics, AnEstimateWithoutEllipseDeletesWhatWasDrawn) {
   const json scene = json::parse(ellipse_scene_json(none, 0));
   EXPECT_EQ(scene["entities"].size(), 0U);
   EXPECT_EQ(scene["deletions"].at(0)["id"], "07" + std::string(30, '0'));
+}
+
+/// The fields of our own topics that a layout's panels ask for.
+std::vector<std::string> paths_in(const json& layout) {
+  std::vector<std::string> paths;
+  for (const auto& [id, panel] : layout["configById"].items()) {
+    for (const json& path : panel.value("paths", json::array())) paths.push_back(path["value"]);
+    for (const auto& [topic, settings] : panel.value("topics", json::object()).items())
+      paths.push_back(topic);
+    if (panel.contains("topicPath")) paths.push_back(panel["topicPath"]);
+  }
+  return paths;
+}
+
+TEST(DerivedTopics, TheShippedLayoutAsksForTopicsAndFieldsThatExist) {
+  const auto text = read_text_file(testing::source_file("deploy/foxglove/tonus.json"));
+  ASSERT_TRUE(text);
+  const auto offered = offered_topics();
+  v1::SampleBlock block;
+  block.samples({v1::RigSample()});
+  const json hand = json::parse(hand_json(block, RigGeometry(), {}).value());
+  const auto paths = paths_in(json::parse(*text));
+  EXPECT_GE(paths.size(), 6U);
+  for (const std::string& path : paths) {
+    const std::string topic = path.substr(0, path.find('.'));
+    EXPECT_TRUE(std::any_of(offered.begin(), offered.end(), [&](const OfferedTopic& one) {
+      return one.channel.topic == topic;
+    })) << topic;
+    if (topic != kHandTopic) continue;
+    std::string pointer = path.substr(topic.size());
+    std::replace(pointer.begin(), pointer.end(), '.', '/');
+    EXPECT_TRUE(hand.contains(json::json_pointer(pointer))) << path;
+  }
 }
 
 }  // namespace
