@@ -2,7 +2,7 @@
 // Each scenario gets the tools of states_in_browser.cjs.
 
 const { join } = require("node:path");
-const { SESSION, RIG, id } = require("./desk_states.cjs");
+const { SESSION, RIG, id, description } = require("./desk_states.cjs");
 
 const hexOf = (bytes) => Buffer.from(bytes).toString("hex");
 const program = (attempt) => ({ session_id: SESSION, rig_id: RIG, attempt, posture: "reference", posture_index: 0, posture_m: [0, 0.38], set_number: 1, amplitude_m: 0.005 });
@@ -131,4 +131,28 @@ async function startForm({ openPage, look, until, says, named, looks, screenshot
   }
 }
 
-module.exports = { scenarios: [remarks, startForm] };
+/// Channels beside force and motion are drawn where the rig has some, and nothing of them is asked for where it has none.
+async function auxiliary({ openPage, look, until, says, named, looks, screenshots, fail }, browser, gateway, desk, stops) {
+  for (const lookNumber of [0, 5]) {
+    gateway.forgetAll();
+    desk.enter(named("running"));
+    const name = `auxiliary channels, ${looks[lookNumber].viewport.width}`;
+    const page = await openPage(browser, gateway, "", looks[lookNumber]);
+    await says(page, "", named("running"), name);
+    if (await page.locator("#auxiliary").isVisible()) fail(`${name}: a rig without them shows none`);
+    const channels = [{ name: "BICEPS", type: "EMG", unit: "mV", unit_per_value: 0.5, values_per_sample: 2 }, { name: "GRIP", type: "MISC", unit: "N", unit_per_value: 10, values_per_sample: 1 }];
+    gateway.say("rig/description", { ...description, auxiliary_channels: channels });
+    await page.locator("#auxiliary").waitFor({ timeout: 20000 });
+    // 0.5 s at 1 kHz: BICEPS twice a sample, 0.2 and -0.6, GRIP once, 0.4; each times its unit.
+    const block = (first) => ({ rig_id: RIG, epoch: EPOCH, first_sequence: BigInt(first), sample_count: 100, values: Array.from({ length: 300 }, (_, i) => [0.2, -0.6, 0.4][i % 3]) });
+    for (let first = 0; first < 500; first += 100) gateway.say("rig/auxiliary", block(first), { isKept: false });
+    await until(async () => { const seen = await page.locator("#auxiliary output").allTextContents(); return [seen.join() === "-0.300 mV,4.00 N", seen]; }, `${name}: values in their units`);
+    const drawn = await page.locator('[data-channel="GRIP"] polyline').getAttribute("points");
+    if (drawn.split(" ").length !== 30) fail(`${name}: 0.5 of 10 s fill 30 of 600 bins; seen: ${drawn.split(" ").length}`);
+    stops.add(await look(page, name));
+    await page.screenshot({ fullPage: true, path: join(screenshots, `operator-auxiliary-${looks[lookNumber].viewport.width}.png`) });
+    await page.context().close();
+  }
+}
+
+module.exports = { scenarios: [remarks, startForm, auxiliary] };

@@ -226,7 +226,7 @@ async function anyTrial(browser, gateway, desk, stops) {
     const name = `a trial of the archive, ${looks[lookNumber].viewport.width}`;
     await page.locator('[data-trial="2"]').focus({ timeout: STEP_MS });
     await page.keyboard.press("Enter");
-    await until(async () => { const seen = await page.textContent("#archived-trial .caption"); return [seen === "Solid: x; dashed: y. Faint: the 1 before it. 12 samples of this trial are missing.", seen]; }, `${name}: says what is drawn`);
+    await until(async () => { const seen = await page.textContent("#archived-trial .caption"); return [/^Solid: x; dashed: y\. Faint: the 1 before it\. 12 samples of this trial are missing\. Thick and pale: the fit of state_variable over 8 trials; its residual is \d\.\d{3} N \(RMS\)\.$/.test(seen), seen]; }, `${name}: says what is drawn`);
     const seen = await page.evaluate(() => ({
       head: document.querySelector("#archived-trial-age").textContent,
       titles: Array.from(document.querySelectorAll("#archived-trial svg"), (one) => one.getAttribute("aria-label")),
@@ -235,8 +235,18 @@ async function anyTrial(browser, gateway, desk, stops) {
       focus: document.activeElement.dataset.trial,
     }));
     if (seen.head !== "trial 2: reference, rejected: off target: 6.1 mm, at most 5 mm; early reaction") fail(`${name}: names trial and verdict; seen: ${seen.head}`);
-    if (seen.titles.join() !== "displacement (mm),force (N)") fail(`${name}: units; seen: ${seen.titles}`);
-    if (seen.courses.join() !== "4 of which before 2,4 of which before 2") fail(`${name}: both axes of both trials; seen: ${seen.courses}`);
+    if (seen.titles.join() !== "displacement (mm),force (N),residual (N)") fail(`${name}: units; seen: ${seen.titles}`);
+    if (seen.courses.join() !== "4 of which before 2,6 of which before 2,2 of which before 0") fail(`${name}: both axes of both trials, the fit and its residual; seen: ${seen.courses}`);
+    const first = await page.locator('#trials tr:first-child td').allTextContents();
+    if (first[3] !== "rejected by hand: coughed (Anna)") fail(`${name}: a rejection by hand has its reason; seen: ${first}`);
+    const notes = await page.locator("#notes td").allTextContents();
+    if (notes.join("; ") !== "11:19:32; 1; light on; Anna") fail(`${name}: notes are listed; seen: ${notes}`);
+    for (const [filter, attempts] of [["by-hand", "1"], ["rejected", "1,2"], ["valid", ""], ["all", "1,2"]]) {
+      await page.selectOption("#trial-filter", filter);
+      const found = await page.locator("#trials button").allTextContents();
+      if (found.join() !== attempts) fail(`${name}: trials that are ${filter}; seen: ${found}`);
+    }
+    await page.locator('[data-trial="2"]').focus();
     if (seen.pressed !== "true" || seen.focus !== "2") fail(`${name}: the trial's button is pressed and keeps the focus; seen: ${seen.pressed}, ${seen.focus}`);
     stops.add(await look(page, name));
     await page.screenshot({ fullPage: true, path: join(screenshots, `archive-trial-${looks[lookNumber].viewport.width}.png`) });

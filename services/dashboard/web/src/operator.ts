@@ -1,9 +1,11 @@
 // The operator's page: the controls, the running session, and the services.
 
+import { AuxiliaryTrace } from "./auxiliary_trace";
 import { Connection } from "./connection";
 import {
   RigMode,
   SessionPhase,
+  type AuxiliaryBlock,
   type Estimate,
   type RigDescription,
   type SampleBlock,
@@ -41,6 +43,8 @@ const { main, say, desk } = buildShell(connection, "/");
 const roster = new Roster(desk.presence);
 const trials = new Trials();
 const trace = new Trace();
+const auxiliary = new AuxiliaryTrace();
+let hasAuxiliary = false;
 const recorder = new TrialRecorder();
 const trialChart = new TrialChart();
 let drawnTrial = "";
@@ -66,7 +70,7 @@ main.append(
     "div",
     { class: "operator" },
     el("div", {}, sessionPanel.root, startForm.root, trials.current.root, roster.root),
-    el("div", {}, tracePanel.root, remarks.root, trialChart.root, trials.verdicts.root),
+    el("div", {}, tracePanel.root, auxiliary.root, remarks.root, trialChart.root, trials.verdicts.root),
   ),
 );
 
@@ -113,6 +117,12 @@ connection.subscribe<{ program: TrialProgram }>("trial/command", ({ value }) => 
 connection.subscribe<RigDescription>("rig/description", ({ value }) => {
   trace.setRig(value);
   trials.setRig(value);
+  auxiliary.setRig(value);
+  // Asked for only where there are any: what nobody looks at is not sent.
+  if (value.auxiliary_channels.length > 0 && !hasAuxiliary) {
+    hasAuxiliary = true;
+    connection.subscribe<AuxiliaryBlock>("rig/auxiliary", (arrival) => auxiliary.add(arrival.value));
+  }
 });
 connection.subscribe<GatewayStatus>("gateway/status", (arrival) => gateway.set(arrival));
 connection.subscribe<SampleBlock>("rig/samples", (arrival) => {
@@ -198,4 +208,5 @@ setInterval(() => {
   remarks.render();
   showLastTrial();
   trace.renderValues();
+  auxiliary.render();
 }, REFRESH_MS);
