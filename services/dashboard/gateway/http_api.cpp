@@ -145,7 +145,7 @@ ApiAnswer remark_messages(store::Store& store, const Id& session, std::string_vi
   const auto found = remarks(store, session, topic);
   if (!found) return refusal(found.error());
   ApiAnswer answer{200, "application/octet-stream", {}};
-  for (const auto& message : *found) append_payload(answer.body, message.payload);
+  for (const auto& message : *found) append_payload(answer.body, *message.payload);
   return answer;
 }
 
@@ -154,7 +154,7 @@ ApiAnswer remarks_json(store::Store& store, const Id& session, std::string_view 
   if (!found) return refusal(found.error());
   std::vector<std::string> texts;
   for (const auto& message : *found)
-    if (auto text = json_message(topic, message.received_ns, message.payload))
+    if (auto text = json_message(topic, message.received_ns, *message.payload))
       texts.push_back(*std::move(text));
   return {200, "application/json", json_list(texts)};
 }

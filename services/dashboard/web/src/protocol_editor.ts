@@ -1,7 +1,7 @@
 // The form of one protocol: a field for each key that the checker knows, its message at the field, the text that results.
 
 import { el, setText } from "./dom";
-import { choicesOf, enteredText, listIn, placeOf, tomlOf, valueOf, widgetOf, type ProtocolKey, type Table, type Value } from "./protocol_form";
+import { choicesOf, enteredText, listIn, placeOf, textIn, tomlOf, valueOf, widgetOf, type ProtocolKey, type Table, type Value } from "./protocol_form";
 import type { ProtocolCheck } from "./protocol_words";
 
 type Field = HTMLInputElement | HTMLSelectElement;
@@ -50,11 +50,11 @@ export class ProtocolEditor {
   }
 
   get kind(): string {
-    return String(this.#document["kind"] ?? "");
+    return textIn(this.#document, "kind");
   }
 
   get name(): string {
-    return String(this.#document["name"] ?? "");
+    return textIn(this.#document, "name");
   }
 
   /// The checker's message, at the field that it is about.

@@ -61,6 +61,9 @@ export function placeOf(name: string): { table: string; isList: boolean; key: st
   return { table: table.replace(/\[\]$/, ""), isList: table.endsWith("[]"), key: name.slice(dot + 1) };
 }
 
+/// A text of the document; empty where there is none.
+export const textIn = (document: Table, key: string): string => (typeof document[key] === "string" ? document[key] : "");
+
 /// The tables of a list in the document; none where it is not there.
 export const listIn = (document: Table, name: string): Table[] => (Array.isArray(document[name]) ? (document[name] as Table[]) : []);
 
@@ -81,6 +84,7 @@ const keysOf = (table: Table): string[] =>
 
 function literal(value: Value): string {
   if (Array.isArray(value)) return `[${value.map(literal).join(", ")}]`;
+  if (typeof value === "object") return `{ ${Object.entries(value).map(([key, one]) => `${key} = ${literal(one)}`).join(", ")} }`;
   // Of JSON's escapes all are TOML's; DEL is the one character that TOML wants escaped and JSON does not.
   return typeof value === "string" ? JSON.stringify(value).replaceAll("\u007f", "\\u007F") : String(value);
 }

@@ -6,7 +6,7 @@ import { el, panel, setText } from "./dom";
 import { keepEditedProtocol } from "./edited_protocol";
 import { LatestCheck } from "./protocol_check";
 import { ProtocolEditor } from "./protocol_editor";
-import type { ProtocolKey, Table } from "./protocol_form";
+import { textIn, type ProtocolKey, type Table } from "./protocol_form";
 import { checkLine, extremeLine, type ProtocolCheck } from "./protocol_words";
 import { buildShell } from "./shell";
 
@@ -78,7 +78,7 @@ async function open(written: string): Promise<void> {
 }
 
 function showForm(document: Table): void {
-  const kind = String(document["kind"] ?? "");
+  const kind = textIn(document, "kind");
   shownKind = kind;
   editor.show(document, keys[kind] ?? keys["unloaded"] ?? []);
 }

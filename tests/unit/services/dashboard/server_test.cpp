@@ -272,6 +272,9 @@ TEST(Server, TellsEveryClientThatItEnds) {
   Client program(gateway.port());
   ASSERT_EQ(page.open(), 101);
   ASSERT_EQ(program.open({.target = "/json", .subprotocol = ""}), 101);
+  EXPECT_FALSE(page.receive_op("advertise").is_null());
+  program.send_text("anything");
+  EXPECT_TRUE(program.receive()) << "both have joined";
   std::thread ending([&] { gateway.stop(); });
   for (Client* client : {&page, &program}) {
     while (client->receive()) {

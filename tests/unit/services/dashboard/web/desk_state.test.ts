@@ -10,7 +10,7 @@ import { english, subjectLineOf, textsProblem } from "../../../../../services/da
 
 const session = (phase: SessionPhase, more: Partial<SessionState> = {}): SessionState => ({
   session_id: new Uint8Array(16), phase, waiting_for: "", message: "", posture: "distal", trial_id: new Uint8Array(16),
-  attempts: 7, counted: 5, rejected: 1, planned: 40, remaining_s: 118, experiment_s: 0, ...more,
+  attempts: 7, counted: 5, rejected: 1, planned: 40, remaining_s: 118, experiment_s: 0, conditions: [], ...more,
 });
 
 const rig = (mode: RigMode, heldBecause = ""): RigState => ({
