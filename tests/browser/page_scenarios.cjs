@@ -34,6 +34,7 @@ async function studies({ openPage, look, until, says, named, looks, screenshots,
     const age = await page.textContent("#study-cohort-age");
     if (age !== "1 of 3 sessions done, 0 of 2 subjects") fail(`${name}: how far it is; seen: ${age}`);
     stops.add(await look(page, name));
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ fullPage: true, path: join(screenshots, `studies-${looks[lookNumber].viewport.width}.png`) });
     await page.click(".next a");
     await until(async () => { const seen = await page.evaluate(() => ["#subject", "#study", "#protocol", "#seed"].map((id) => document.querySelector(id)?.value).join(" ")); return [seen === "s01 cohort loaded 1", seen]; }, `${name}: the form has what is due`);
@@ -90,6 +91,7 @@ async function editor({ openPage, look, until, says, named, looks, screenshots, 
     const at = await page.evaluate(() => { const field = document.querySelector('[data-key="perturbation.amplitude_m"]'); return [field.getAttribute("aria-invalid"), document.getElementById(field.getAttribute("aria-describedby")).textContent].join(" "); });
     if (at !== "true perturbation.amplitude_m: 5 is not allowed; expected 0.0005 to 0.03 m") fail(`${name}: the message is at its field; seen: ${at}`);
     stops.add(await look(page, name));
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ fullPage: true, path: join(screenshots, `protocols-${looks[lookNumber].viewport.width}.png`) });
     await page.fill('[data-key="perturbation.amplitude_m"]', "0.006");
     await page.click('[data-add="posture"]');
@@ -139,6 +141,7 @@ async function exports_({ openPage, look, until, says, named, looks, screenshots
     Object.assign(jobs[1], { state: "failed", message: "the disk is full", path: "" });
     await lines("Export 5a5a5a5a hdf5: failed: the disk is full | Export 5a5a5a5a bids: done", "why it failed");
     stops.add(await look(page, name));
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ fullPage: true, path: join(screenshots, `archive-exports-${looks[lookNumber].viewport.width}.png`) });
     await page.context().close();
   }

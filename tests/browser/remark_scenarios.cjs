@@ -69,6 +69,7 @@ async function remarks({ openPage, look, until, says, named, looks, screenshots,
     const wanted = [`reject_trial ${hexOf(id(0x32))} coughed`, `note ${hexOf(id(0x31))} hand slipped`, `reject_trial ${hexOf(id(0x31))} repeat`, "note light on note", "note coughed marker"];
     if (sent.join("\n") !== wanted.join("\n")) fail(`${name}: asked for ${wanted.join(" | ")}; seen: ${sent.join(" | ")}`);
     stops.add(await look(page, name));
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ fullPage: true, path: join(screenshots, `operator-remarks-${looks[lookNumber].viewport.width}.png`) });
     await page.context().close();
   }
@@ -120,6 +121,7 @@ async function startForm({ openPage, look, until, says, named, looks, screenshot
     const limits = await page.locator("#extremes li").allTextContents();
     if (limits.join() !== "force to expect: 12.1 N (allowed: at most 22.3 N)") fail(`${name}: extremes beside their limits; seen: ${limits}`);
     stops.add(await look(page, name));
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ fullPage: true, path: join(screenshots, `operator-start-${looks[lookNumber].viewport.width}.png`) });
     await page.click("#start");
     await until(async () => [gateway.requests.some(({ request }) => request === "start"), "no start"], `${name}: it starts`);
@@ -150,6 +152,7 @@ async function auxiliary({ openPage, look, until, says, named, looks, screenshot
     const drawn = await page.locator('[data-channel="GRIP"] polyline').getAttribute("points");
     if (drawn.split(" ").length !== 30) fail(`${name}: 0.5 of 10 s fill 30 of 600 bins; seen: ${drawn.split(" ").length}`);
     stops.add(await look(page, name));
+    await page.evaluate(() => scrollTo(0, 0));
     await page.screenshot({ fullPage: true, path: join(screenshots, `operator-auxiliary-${looks[lookNumber].viewport.width}.png`) });
     await page.context().close();
   }

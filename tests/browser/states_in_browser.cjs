@@ -1,10 +1,10 @@
 // Every state of the desk on every page: what the strip says, accessibility, sizes, layout shift. Behind the pages is a
 // scripted gateway, so that each state lasts as long as a look at it.
 //
-//   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all | --scenarios]
+//   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all | --scenarios | --only NAME]
 //
 // --all looks at every state of every page in every size and scheme; without it, each page has two of the six.
-// --scenarios leaves the states out.
+// --scenarios leaves the states out; --only runs one of the further scenarios, by its function's name.
 
 const { createRequire } = require("node:module");
 const { join } = require("node:path");
@@ -14,7 +14,7 @@ const { ScriptedGateway } = require("./scripted_gateway.cjs");
 const { states, Desk, archive } = require("./desk_states.cjs");
 const further = [...require("./remark_scenarios.cjs").scenarios, ...require("./page_scenarios.cjs").scenarios];
 
-const [packages, executablePath, pages, idl, screenshots, mode] = process.argv.slice(2);
+const [packages, executablePath, pages, idl, screenshots, mode, only] = process.argv.slice(2);
 const require_ = createRequire(join(packages, "package.json"));
 const { chromium } = require_("playwright-core");
 const axePath = require_.resolve("axe-core/axe.min.js");
@@ -299,6 +299,25 @@ async function load(browser, gateway) {
   }
 }
 
+async function everything(tools, browser, gateway, desk, stops) {
+  for (const path of mode === "--scenarios" ? [] : paths) {
+    for (const lookNumber of looks.keys()) {
+      if (mode !== "--all" && (lookNumber + paths.indexOf(path)) % 3 !== 0) continue;
+      gateway.forgetAll();
+      await walk(browser, gateway, desk, path, lookNumber, stops);
+    }
+  }
+  await twoOperators(browser, gateway, desk);
+  await hangingGateway(browser, gateway, desk);
+  await phone(browser, gateway, desk, stops);
+  await compareSessions(browser, gateway, desk, stops);
+  await anyTrial(browser, gateway, desk, stops);
+  for (const scenario of further) await scenario(tools, browser, gateway, desk, stops);
+  await print(browser, gateway, desk);
+  await load(browser, gateway);
+  if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
+}
+
 (async () => {
   mkdirSync(screenshots, { recursive: true });
   const gateway = await ScriptedGateway.start({ packages, pages, idl });
@@ -307,24 +326,10 @@ async function load(browser, gateway) {
   const desk = new Desk(gateway);
   const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"] });
   const stops = new Set();
+  const tools = { openPage, look, until, says, named, looks, screenshots, fail };
   try {
-    for (const path of mode === "--scenarios" ? [] : paths) {
-      for (const lookNumber of looks.keys()) {
-        if (mode !== "--all" && (lookNumber + paths.indexOf(path)) % 3 !== 0) continue;
-        gateway.forgetAll();
-        await walk(browser, gateway, desk, path, lookNumber, stops);
-      }
-    }
-    await twoOperators(browser, gateway, desk);
-    await hangingGateway(browser, gateway, desk);
-    await phone(browser, gateway, desk, stops);
-    await compareSessions(browser, gateway, desk, stops);
-    await anyTrial(browser, gateway, desk, stops);
-    const tools = { openPage, look, until, says, named, looks, screenshots, fail };
-    for (const scenario of further) await scenario(tools, browser, gateway, desk, stops);
-    await print(browser, gateway, desk);
-    await load(browser, gateway);
-    if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
+    if (mode !== "--only") await everything(tools, browser, gateway, desk, stops);
+    else for (const scenario of further.filter(({ name }) => name === only)) await scenario(tools, browser, gateway, desk, stops);
   } catch (error) {
     fail(error.stack);
   } finally {

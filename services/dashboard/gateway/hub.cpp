@@ -56,6 +56,7 @@ std::pair<ClientId, Hub::Client&> Hub::add(ClientLink& link, Role role, const st
                               false,
                               false})
           .first->second;
+  if (is_over_) dismiss(client);
   return {id, client};
 }
 
@@ -91,10 +92,13 @@ void Hub::leave(ClientId id) {
 }
 
 void Hub::dismiss_all() {
-  for (auto& [id, client] : clients_) {
-    client.is_ending = true;
-    client.link->end(CloseCode::kGoingAway, "the gateway ends");
-  }
+  is_over_ = true;
+  for (auto& [id, client] : clients_) dismiss(client);
+}
+
+void Hub::dismiss(Client& client) {
+  client.is_ending = true;
+  client.link->end(CloseCode::kGoingAway, "the gateway ends");
 }
 
 void Hub::on_text(ClientId id, std::string_view text) {

@@ -67,7 +67,7 @@ class Hub {
   [[nodiscard]] ClientId join_json(ClientLink& link, Role role, const std::string& peer,
                                    std::span<const std::string_view> wanted);
   void leave(ClientId client);
-  /// The gateway ends: each client is told so, and nothing more is sent.
+  /// The gateway ends: each client is told so, whoever still joins too, and nothing more is sent.
   void dismiss_all();
 
   void on_text(ClientId client, std::string_view text);
@@ -143,6 +143,7 @@ class Hub {
   void derive(const OfferedTopic& topic, const PassedMessage& message);
   void derive_hand(const PassedMessage& message);
   void note_results(const OfferedTopic& topic, const PassedMessage& message);
+  static void dismiss(Client& client);
   void end(Client& client, Refused kind, CloseCode code, const std::string& reason);
 
   std::vector<OfferedTopic> topics_;
@@ -155,6 +156,7 @@ class Hub {
   std::map<ClientId, Client> clients_;
   std::map<std::uint32_t, std::vector<Listener>> listeners_;  ///< Of each channel.
   ClientId last_client_ = 0;
+  bool is_over_ = false;  ///< dismiss_all() was called.
   std::uint64_t thinned_before_ = 0;  ///< For clients that have left.
   std::array<std::uint64_t, static_cast<std::size_t>(Refused::kCount)> refused_{};
   TokenBucket log_lines_{5.0, 50.0};

@@ -25,7 +25,7 @@ async function load(): Promise<void> {
 }
 
 function studyPanel(study: Study): HTMLElement {
-  const head = ["Subject", "Sessions", "Done", "Due", "Others"].map((name) => el("th", { scope: "col" }, name));
+  const head = ["Subject", "Sessions", "Done", "Due", "Others"].map((name) => el("th", { scope: "col", class: name === "Done" || name === "Due" ? "number" : undefined }, name));
   const table = el("table", {}, el("thead", {}, el("tr", {}, ...head)), el("tbody", {}, ...study.subjects.map((subject) => subjectRow(subject, study))));
   const next = el("p", { class: "next", "data-study": study.study }, nextLine(study), ...(study.next ? [" ", el("a", { href: startAddress(study, study.next), class: "button" }, "Prepare this session")] : []));
   const made = panel(study.study, `study-${study.study.replace(/[^a-zA-Z0-9]/g, "-")}`, next, el("div", { class: "scroll tall", tabindex: 0, role: "group", "aria-label": `Subjects of ${study.study}` }, table));

@@ -15,6 +15,9 @@ const POINTS_PER_S = 250; // more than a screen has columns for
 const CAPACITY = WINDOW_S * POINTS_PER_S * 2;
 const MOST_MARKS = 64;
 const LONGEST_MARK = 24; // letters
+// Flags of notes shortly after each other stand below each other.
+const FLAG_ROW = 14;
+const FLAG_ROWS = 4;
 
 /// A stretch of time in one phase of a trial, s.
 interface Stretch {
@@ -283,11 +286,11 @@ function mark(plot: uPlot, marks: readonly Mark[], ink: string): void {
   context.fillStyle = ink;
   context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
   context.textBaseline = "top";
-  for (const { time, text } of marks) {
+  for (const [i, { time, text }] of marks.entries()) {
     const x = plot.valToPos(time, "x", true);
     if (x < left || x > left + width) continue;
     context.fillRect(x, top, devicePixelRatio, height);
-    context.fillText(text.length > LONGEST_MARK ? `${text.slice(0, LONGEST_MARK - 1)}…` : text, x + 3 * devicePixelRatio, top + devicePixelRatio);
+    context.fillText(text.length > LONGEST_MARK ? `${text.slice(0, LONGEST_MARK - 1)}…` : text, x + 3 * devicePixelRatio, top + (1 + FLAG_ROW * (i % FLAG_ROWS)) * devicePixelRatio);
   }
   context.restore();
 }

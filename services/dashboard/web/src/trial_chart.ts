@@ -71,7 +71,7 @@ export class TrialChart {
     drawing.setAttribute("aria-label", title);
     const all = [...before, ...(course ? [course] : [])];
     if (band !== undefined) this.#ranges[i] = Math.max(this.#ranges[i], scale * band);
-    for (const one of all)
+    for (const one of [...all, ...(fit ? [fit] : [])])
       for (const series of of(one)) series.forEach((value, k) => { if (isInside(one.times[k]!) && Number.isFinite(value)) this.#ranges[i] = Math.max(this.#ranges[i], Math.abs(scale * value)); });
     const half = 1.05 * this.#ranges[i];
     const middle = (HEIGHT + BOX.top - BOX.bottom) / 2;
