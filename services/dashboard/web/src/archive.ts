@@ -93,7 +93,7 @@ let chart = new TrialChart("Trial", "archived-trial");
 chart.root.hidden = true;
 const again = el("button", { type: "button", id: "reload" }, "Read again");
 again.addEventListener("click", () => void load());
-main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, el("div", { class: "stack" }, exports.root, reports.root)), detail.root, chart.root, comparison.root, view.root);
+main.append(el("div", { class: "row" }, again), sessions.root, el("div", { class: "columns wide" }, exports.root, reports.root), detail.root, chart.root, comparison.root, view.root);
 view.root.hidden = true;
 
 function sortHead(key: SortKey, name: string): HTMLElement {

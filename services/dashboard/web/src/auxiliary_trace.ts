@@ -38,7 +38,7 @@ export class AuxiliaryTrace {
     this.#key = key;
     this.root.hidden = rig.auxiliary_channels.length === 0;
     this.#channels = rig.auxiliary_channels.map(channelOf);
-    this.#body.replaceChildren(...this.#channels.map((channel) => row(channel)), el("p", { class: "caption" }, `The last ${WINDOW_S} s; of each ${(1000 * WINDOW_S) / BINS} ms the value farthest from zero.`));
+    this.#body.replaceChildren(...this.#channels.map((channel) => row(channel)), el("p", { class: "caption" }, `The last ${WINDOW_S} s; of each ${((1000 * WINDOW_S) / BINS).toFixed(0)} ms the value farthest from zero.`));
   }
 
   add(block: AuxiliaryBlock): void {
