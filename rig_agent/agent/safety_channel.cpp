@@ -47,6 +47,8 @@ class SafetyChannel::Work {
     return clock_.now() + (unconfirmed_.empty() ? kPoll : kUnconfirmedPoll);
   }
 
+  [[nodiscard]] const std::shared_ptr<bus::Notifier>& notifier() const { return notifier_; }
+
   void end() {
     is_ending_.store(true, std::memory_order_release);
     notifier_->notify();
@@ -123,5 +125,7 @@ SafetyChannel::~SafetyChannel() {
 }
 
 Clock::TimePoint SafetyChannel::step() { return work_->step(); }
+
+const std::shared_ptr<bus::Notifier>& SafetyChannel::notifier() const { return work_->notifier(); }
 
 }  // namespace tonus::rig

@@ -31,6 +31,8 @@ class SafetyChannel {
 
   /// Of kByStep: handles all there is; returns when to call again at the latest.
   Clock::TimePoint step();
+  /// Told when there is something for step().
+  [[nodiscard]] const std::shared_ptr<bus::Notifier>& notifier() const;
 
  private:
   class Work;

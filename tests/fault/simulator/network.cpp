@@ -112,8 +112,8 @@ class SimulatedBus final : public bus::Bus {
   }
   Result<std::unique_ptr<bus::Reader>> create_reader(const bus::TopicSpec& topic,
                                                      std::shared_ptr<bus::Notifier> notifier) override {
-    return std::unique_ptr<bus::Reader>(std::make_unique<SimulatedReader>(
-        network_, network_.add_reader(life_, topic, std::move(notifier))));
+    return std::unique_ptr<bus::Reader>(
+        std::make_unique<SimulatedReader>(network_, network_.add_reader(life_, topic, std::move(notifier))));
   }
 
  private:

@@ -17,12 +17,13 @@
 
 namespace tonus::simulator {
 
-/// A network without threads or a clock of its own, between programs that live in one thread. It does what DDS
-/// may do, and draws when:
+/// A network without threads or a clock of its own, between programs that live in one thread. It does what
+/// DDS may do, and draws when:
 ///
 /// - Samples of one writer come to one reader in order; samples of different writers overtake each other.
 /// - Of best-effort topics some are lost.
-/// - A writer and a reader find each other some time after both exist; what is written before is lost where it
+/// - A writer and a reader find each other some time after both exist; what is written before is lost where
+/// it
 ///   is volatile. They lose each other a lease after one has died or was cut off; found again, a reader gets
 ///   what a transient-local writer keeps, once more.
 /// - A reliable writer of a full history is refused after its max_blocking, which passes for its program.
