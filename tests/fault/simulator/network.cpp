@@ -123,6 +123,10 @@ class SimulatedBus final : public bus::Bus {
 
 }  // namespace
 
+Network::~Network() {
+  for (const auto& writer : writers_) writer->links.clear();  // each link holds its writer
+}
+
 std::unique_ptr<bus::Bus> Network::join(std::shared_ptr<Life> life) {
   return std::make_unique<SimulatedBus>(*this, std::move(life));
 }
@@ -202,6 +206,7 @@ void Network::cut(const std::string& program, Time until) {
 }
 
 void Network::bury(const Life& life) {
+  has_dead_ = true;
   for (const auto& writer : writers_) {
     for (const auto& link : writer->links) {
       if (link->writer->life.get() == &life || link->reader->life.get() == &life)
@@ -311,25 +316,31 @@ void Network::deliver() {
       if (is_over || cut_until(*link) > now_) part(*link);
     }
   }
-  const auto is_forgotten = [](const auto& end) {
-    return end->life->is_dead && std::none_of(end->links.begin(), end->links.end(), [](const auto& link) {
-             if constexpr (std::is_same_v<std::decay_t<decltype(link)>, std::shared_ptr<Link>>) {
-               return link->is_matched;
-             } else {
-               const auto held = link.lock();
-               return held && held->is_matched;
-             }
-           });
-  };
-  std::erase_if(writers_, is_forgotten);
-  for (const auto& reader : readers_) {
-    if (!is_forgotten(reader)) continue;
-    for (const auto& each : reader->links) {
-      if (const auto link = each.lock()) std::erase(link->writer->links, link);
+  if (has_dead_) forget_dead();
+}
+
+// What nobody is matched with any more.
+void Network::forget_dead() {
+  const auto is_matched = [](const auto& link) { return link->is_matched; };
+  std::erase_if(writers_, [&](const auto& end) {
+    if (!end->life->is_dead || std::any_of(end->links.begin(), end->links.end(), is_matched)) return false;
+    end->links.clear();  // each link holds its writer
+    return true;
+  });
+  std::erase_if(readers_, [](const auto& end) {
+    if (!end->life->is_dead) return false;
+    std::erase_if(end->links, [](const auto& each) { return each.expired(); });
+    const auto is_kept = [](const auto& each) { return each.lock()->is_matched; };
+    if (std::any_of(end->links.begin(), end->links.end(), is_kept)) return false;
+    for (const auto& each : end->links) {
+      const auto link = each.lock();
+      std::erase(link->writer->links, link);
     }
-    reader->links.clear();
-  }
-  std::erase_if(readers_, is_forgotten);
+    return true;
+  });
+  const auto is_dead = [](const auto& end) { return end->life->is_dead; };
+  has_dead_ = std::any_of(writers_.begin(), writers_.end(), is_dead) ||
+              std::any_of(readers_.begin(), readers_.end(), is_dead);
 }
 
 }  // namespace tonus::simulator

@@ -42,6 +42,10 @@ class Network {
   Network(const Time& now, Random& random, const Options& options, Witness witness)
       : now_(now), random_(random), options_(options), witness_(std::move(witness)) {}
 
+  ~Network();
+  Network(const Network&) = delete;
+  Network& operator=(const Network&) = delete;
+
   /// A participant of a life.
   [[nodiscard]] std::unique_ptr<bus::Bus> join(std::shared_ptr<Life> life);
 
@@ -83,6 +87,7 @@ class Network {
   void arrive(const std::shared_ptr<Link>& link);
   void send(const std::shared_ptr<Link>& link, const bus::Sample& sample);
   void wake(Reading& reader);
+  void forget_dead();
   [[nodiscard]] Time cut_until(const Link& link) const;
   [[nodiscard]] Clock::Duration drawn(double longest);
 
@@ -95,6 +100,7 @@ class Network {
   std::vector<std::shared_ptr<Writing>> writers_;
   std::vector<std::shared_ptr<Reading>> readers_;
   std::map<std::string, Time> cuts_;
+  bool has_dead_ = false;
 };
 
 }  // namespace tonus::simulator

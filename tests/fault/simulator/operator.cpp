@@ -83,7 +83,8 @@ void Operator::act() {
     ask(v1::SESSION_START);
   } else if (wants_abort_) {
     ask(v1::SESSION_ABORT);
-  } else if (rig_ && rig_->mode() == v1::RIG_HELD && waits_for("the rig is held")) {
+  } else if (rig_ && rig_->mode() == v1::RIG_HELD &&
+             (waits_for("the rig is held") || session_->phase() == v1::SESSION_PAUSED)) {
     clear();
   } else if (waits_for("operator: resume") || session_->phase() == v1::SESSION_PAUSED) {
     wants_pause_ = false;
