@@ -123,6 +123,10 @@ std::string_view name_of(Reason reason) {
       return "reflex";
     case Reason::kUnsettledModel:
       return "unsettled_model";
+    case Reason::kAsymmetricMass:
+      return "asymmetric_mass";
+    case Reason::kAtBound:
+      return "at_bound";
   }
   return "unknown";
 }

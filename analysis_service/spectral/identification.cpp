@@ -150,6 +150,7 @@ struct Search {
   std::vector<Record> records;  ///< filled()
   FitSettings settings;
   std::optional<Candidate<N>> whole;  ///< The linear model over the whole excited band.
+  double frequencies = 0.0;           ///< Independent ones.
   Shortage shortage = Shortage::kNone;
 };
 
@@ -170,7 +171,12 @@ void find_length(Search<N>& search) {
     if (candidate && (!search.whole || candidate->width() < search.whole->width()))
       search.whole = std::move(candidate);
   }
-  if (!search.whole) search.shortage = has_segments ? Shortage::kNotCoherent : Shortage::kTooFewSegments;
+  if (!search.whole) {
+    search.shortage = has_segments ? Shortage::kNotCoherent : Shortage::kTooFewSegments;
+    return;
+  }
+  search.frequencies = independent_frequencies(search.whole->fit);
+  if (search.frequencies < kFewestFrequencies) search.shortage = Shortage::kTooFewFrequencies;
 }
 
 /// Numbers, terms and checks of a fit to `records`.
@@ -178,6 +184,7 @@ template <int N>
 void conclude(const Search<N>& search, std::span<const Record> records, const Candidate<N>& chosen,
               const Eigen::VectorXd& least_variance, Estimate& estimate) {
   set_numbers(chosen, least_variance, estimate);
+  estimate.frequencies = search.frequencies;
   estimate.segment_duration = static_cast<double>(chosen.fit.length) * records.front().sample_period;
   estimate.terms = fit_terms<N>(records, chosen.fit);
   judge<N>({search.raw, chosen.fit, chosen.misfit, search.whole->misfit.largest, search.settings.most_lag},
@@ -270,8 +277,9 @@ Estimate identify(std::span<const Record> raw, std::vector<Record> records, cons
   search.records = std::move(records);
   search.settings.most_lag = std::max(settings.most_lag, 2.0 * raw.front().sample_period);
   find_length(search);
-  if (!search.whole) {
+  if (search.shortage != Shortage::kNone) {
     Estimate none;
+    none.frequencies = search.frequencies;
     none.axes = N;
     none.addition = settings.is_automatic ? Addition::kNone : settings.addition;
     none.shortage = search.shortage;

@@ -221,6 +221,24 @@ void set_covariance(SegmentFit<N>& fit) {
 }  // namespace
 
 template <int N>
+double independent_frequencies(const SegmentFit<N>& fit) {
+  const auto bins = fit.w.size();
+  const auto segments = static_cast<Eigen::Index>(fit.Y.size());
+  double fewest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < N; ++axis) {
+    Eigen::MatrixXcd X(bins, segments);
+    for (Eigen::Index s = 0; s < segments; ++s)
+      X.col(s) = fit.Y[static_cast<std::size_t>(s)].row(3 * N + axis).transpose();
+    X.rowwise().normalize();
+    // sum |X X^H|^2 = sum |X^H X|^2: the smaller product.
+    const double squares =
+        bins < segments ? (X * X.adjoint()).squaredNorm() : (X.adjoint() * X).squaredNorm();
+    fewest = std::min(fewest, static_cast<double>(bins * bins) / std::max(squares, 1e-300));
+  }
+  return fewest;
+}
+
+template <int N>
 std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen::Index length,
                                           const FitSettings& settings, const Eigen::VectorXd& lead) {
   const std::vector<Segment> segments = segments_of(records, length);
@@ -296,6 +314,8 @@ std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen
   return fit;
 }
 
+template double independent_frequencies<1>(const SegmentFit<1>&);
+template double independent_frequencies<2>(const SegmentFit<2>&);
 template std::optional<SegmentFit<1>> fit_segments<1>(std::span<const Record>, Eigen::Index,
                                                       const FitSettings&, const Eigen::VectorXd&);
 template std::optional<SegmentFit<2>> fit_segments<2>(std::span<const Record>, Eigen::Index,

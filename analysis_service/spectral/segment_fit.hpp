@@ -68,6 +68,14 @@ template <int N>
                                                         const FitSettings& settings,
                                                         const Eigen::VectorXd& lead);
 
+/// How many independent frequencies the motion has on its poorest axis: n^2 / sum |C_kl|^2 of the n bins'
+/// correlations C over the segments. A sine counts as one, however many bins its window spreads it over;
+/// noise as many as its bins over kBinCorrelation, or as the segments that are independent.
+template <int N>
+[[nodiscard]] double independent_frequencies(const SegmentFit<N>& fit);
+
+extern template double independent_frequencies<1>(const SegmentFit<1>&);
+extern template double independent_frequencies<2>(const SegmentFit<2>&);
 extern template std::optional<SegmentFit<1>> fit_segments<1>(std::span<const Record>, Eigen::Index,
                                                              const FitSettings&, const Eigen::VectorXd&);
 extern template std::optional<SegmentFit<2>> fit_segments<2>(std::span<const Record>, Eigen::Index,
