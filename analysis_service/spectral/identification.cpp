@@ -136,6 +136,7 @@ std::optional<Candidate<N>> best_part(std::span<const Record> records, const Can
       if (edges[j] <= 1.9 * edges[i]) continue;
       FitSettings part = settings;
       part.range = {edges[i], edges[j]};
+      part.start = start_from(whole.fit);
       auto candidate = candidate_of<N>(records, whole.fit.length, part, whole.fit.lead);
       if (candidate && (!best || candidate->width() < best->width())) best = std::move(candidate);
     }
@@ -216,6 +217,7 @@ Estimate linear_estimate(const Search<N>& search) {
     records = aligned;
     FitSettings settings = search.settings;
     settings.is_lag_known = true;
+    settings.start = start_from(chosen.fit);
     const auto& w = chosen.fit.w;
     settings.range = {0.999 * w[0] / (2.0 * std::numbers::pi),
                       1.001 * w[w.size() - 1] / (2.0 * std::numbers::pi)};

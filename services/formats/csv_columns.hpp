@@ -16,6 +16,9 @@
 /// The columns of every CSV file of a session: one table each makes the header, the rows and columns.csv.
 namespace tonus::formats {
 
+/// Why an estimate is not ok: names between spaces; empty: it is.
+[[nodiscard]] std::string reasons_text(const v1::Estimate& estimate);
+
 /// A trial with an outcome.
 struct TrialRow {
   explicit TrialRow(const store::SessionTrial& of)
