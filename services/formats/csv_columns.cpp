@@ -256,6 +256,9 @@ constexpr std::array kEstimateColumns{
                              line.whole(static_cast<std::uint32_t>(row.estimate.status()));
                            }},
     CsvColumn<EstimateRow>{
+        "reasons", "", "why it is not ok, names between spaces",
+        [](const EstimateRow& row, CsvLine& line) { line.text(reasons_text(row.estimate)); }},
+    CsvColumn<EstimateRow>{
         "trials_used", "", "trials behind the estimate",
         [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.trials_used()); }},
     CsvColumn<EstimateRow>{"quantity", "",
@@ -282,6 +285,12 @@ constexpr std::array kEstimateColumns{
 
 std::span<const CsvColumn<Session>> session_columns() { return kSessionColumns; }
 std::span<const CsvColumn<NoteRow>> note_columns() { return kNoteColumns; }
+std::string reasons_text(const v1::Estimate& estimate) {
+  std::string text;
+  for (const std::string& reason : estimate.reasons()) text += (text.empty() ? "" : " ") + reason;
+  return text;
+}
+
 std::span<const CsvColumn<TrialRow>> trial_columns() { return kTrialColumns; }
 std::span<const CsvColumn<SampleRow>> sample_columns() { return kSampleColumns; }
 std::span<const CsvColumn<EstimateRow>> estimate_columns() { return kEstimateColumns; }
