@@ -123,6 +123,8 @@ std::string_view name_of(Reason reason) {
       return "reflex";
     case Reason::kUnsettledModel:
       return "unsettled_model";
+    case Reason::kMethodsDiffer:
+      return "methods_differ";
   }
   return "unknown";
 }
@@ -133,6 +135,12 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     if (is_so) estimate.reasons.push_back(reason);
   };
   if (failure) estimate.reasons.push_back(*failure);
+  if (diagnosis.cross_check && !failure) {
+    const CrossCheck& check = *diagnosis.cross_check;
+    estimate.checks.push_back({FitTest::kCrossCheck, check.value, kLargestDifference, check.is_passed()});
+    add(!check.is_passed(), Reason::kMethodsDiffer);
+    if (!check.is_passed()) estimate.details[Reason::kMethodsDiffer] = check.detail;
+  }
   add(diagnosis.is_force_collinear, Reason::kCollinearForce);
   add(diagnosis.is_force_shifted, Reason::kForceShifted);
   add(diagnosis.is_force_clipped, Reason::kClippedForce);
@@ -140,6 +148,8 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.status = Status::kUndetermined;
     estimate.value = estimate.std = estimate.low = estimate.high = {};
     estimate.covariance.resize(0, 0);
+    estimate.uncertainty = {};
+    estimate.X0_covariance.resize(0, 0);
     estimate.parameters.clear();
     estimate.trace.clear();
     estimate.settling_time.reset();
