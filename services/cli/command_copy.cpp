@@ -41,7 +41,9 @@ std::uint64_t expected_rows(store::Store& store) {
     ++rows;
     return Result<void>();
   };
-  static_cast<void>(store.visit_messages({.with_damaged = true}, count));
+  store::MessageQuery all;
+  all.with_damaged = true;
+  static_cast<void>(store.visit_messages(all, count));
   if (const auto streams = store.streams()) {
     for (const auto& stream : *streams)
       static_cast<void>(store.visit_blocks({stream.key, {0, store::kLargestSequence}, true}, count));
