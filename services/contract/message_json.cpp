@@ -40,16 +40,11 @@ const char* rig_kind_name(v1::RigKind kind) {
 }
 
 json condition_json(const v1::ConditionProgress& progress) {
-  return {{"posture", progress.posture()},
-          {"posture_index", progress.posture_index()},
-          {"set_number", progress.set_number()},
-          {"instruction", progress.instruction()},
-          {"counted", progress.counted()},
-          {"planned", progress.planned()},
-          {"precision", progress.precision()},
-          {"precision_goal", progress.precision_goal()},
-          {"is_finished", progress.is_finished()},
-          {"finished_because", progress.finished_because()}};
+  return {{"posture", progress.posture()},         {"posture_index", progress.posture_index()},
+          {"set_number", progress.set_number()},   {"instruction", progress.instruction()},
+          {"counted", progress.counted()},         {"planned", progress.planned()},
+          {"precision", progress.precision()},     {"precision_goal", progress.precision_goal()},
+          {"is_finished", progress.is_finished()}, {"finished_because", progress.finished_because()}};
 }
 
 json channel_json(const v1::AuxiliaryChannel& channel) {

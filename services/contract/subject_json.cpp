@@ -56,17 +56,17 @@ Error refuse(std::string_view name, const std::string& expected) {
 
 bool is_number(const json& value) { return value.is_number() || value.is_null(); }
 
-double number_of(const json& value) {
-  return value.is_null() ? std::nan("") : value.get<double>();
-}
+double number_of(const json& value) { return value.is_null() ? std::nan("") : value.get<double>(); }
 
 bool is_pair(const json& value) {
-  return value.is_null() || (value.is_array() && value.size() == 2 && is_number(value[0]) && is_number(value[1]));
+  return value.is_null() ||
+         (value.is_array() && value.size() == 2 && is_number(value[0]) && is_number(value[1]));
 }
 
 template <typename List>
 auto* find(const List& list, std::string_view name) {
-  const auto found = std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.name == name; });
+  const auto found =
+      std::find_if(list.begin(), list.end(), [&](const auto& one) { return one.name == name; });
   return found == list.end() ? nullptr : &*found;
 }
 

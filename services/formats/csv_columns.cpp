@@ -256,11 +256,16 @@ constexpr std::array kEstimateColumns{
                              line.whole(static_cast<std::uint32_t>(row.estimate.status()));
                            }},
     CsvColumn<EstimateRow>{
+        "reasons", "", "why it is not ok, names between spaces",
+        [](const EstimateRow& row, CsvLine& line) { line.text(reasons_text(row.estimate)); }},
+    CsvColumn<EstimateRow>{
         "trials_used", "", "trials behind the estimate",
         [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.trials_used()); }},
     CsvColumn<EstimateRow>{"quantity", "",
                            "M mass, B damping, K stiffness, X0 spring centre, sigma fitting error, "
-                           "explained_share, lag (of the force), band, independent_units",
+                           "explained_share, lag (of the force), band, independent_units; M_size, M_shape, "
+                           "M_orientation, M_curl of the ellipse; M_known_bias of the method; M_covariance: "
+                           "row and column count the elements xx, xy, yx, yy; B and K likewise",
                            [](const EstimateRow& row, CsvLine& line) { line.text(row.quantity); }},
     CsvColumn<EstimateRow>{"row", "", "of the element, from 1",
                            [](const EstimateRow& row, CsvLine& line) { line.whole(row.row + 1); }},
@@ -282,6 +287,12 @@ constexpr std::array kEstimateColumns{
 
 std::span<const CsvColumn<Session>> session_columns() { return kSessionColumns; }
 std::span<const CsvColumn<NoteRow>> note_columns() { return kNoteColumns; }
+std::string reasons_text(const v1::Estimate& estimate) {
+  std::string text;
+  for (const std::string& reason : estimate.reasons()) text += (text.empty() ? "" : " ") + reason;
+  return text;
+}
+
 std::span<const CsvColumn<TrialRow>> trial_columns() { return kTrialColumns; }
 std::span<const CsvColumn<SampleRow>> sample_columns() { return kSampleColumns; }
 std::span<const CsvColumn<EstimateRow>> estimate_columns() { return kEstimateColumns; }

@@ -24,6 +24,9 @@ struct NoteRow {
 };
 [[nodiscard]] std::span<const CsvColumn<NoteRow>> note_columns();
 
+/// Why an estimate is not ok: names between spaces; empty: it is.
+[[nodiscard]] std::string reasons_text(const v1::Estimate& estimate);
+
 /// A trial with an outcome.
 struct TrialRow {
   explicit TrialRow(const store::SessionTrial& of)

@@ -1,6 +1,7 @@
 #include "services/formats/hdf5_columns.hpp"
 
 #include "services/core/clock.hpp"
+#include "services/formats/csv_columns.hpp"
 
 namespace tonus::formats {
 namespace {
@@ -138,6 +139,7 @@ constexpr std::array kEstimateAttributes{
     Attribute<Estimate>{"method", [](const Estimate& e) { return AttributeValue(e.method()); }},
     Attribute<Estimate>{"model", [](const Estimate& e) { return AttributeValue(e.model()); }},
     Attribute<Estimate>{"status", [](const Estimate& e) { return AttributeValue(std::int64_t{e.status()}); }},
+    Attribute<Estimate>{"reasons", [](const Estimate& e) { return AttributeValue(reasons_text(e)); }},
     Attribute<Estimate>{"trials_used",
                         [](const Estimate& e) { return AttributeValue(std::int64_t{e.trials_used()}); }},
     Attribute<Estimate>{

@@ -147,7 +147,7 @@ void append(const SessionTrial& trial, const store::TrialSamples& found, Recordi
       row.raw.force_V = sample.force_V();
     }
     record.rows.push_back(row);
-    record.commanded.push_back(row.is_missing ? std::array<double, 2>{} : sample.commanded_m());
+    record.commanded.push_back(row.is_missing ? recording::kNoCommand : sample.commanded_m());
     record.phases.push_back(std::min<std::uint8_t>(sample.phase(), v1::PHASE_SAFE));
   }
 }

@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <spdlog/fmt/fmt.h>
 
 #include "idl/bounds.hpp"
@@ -129,11 +130,6 @@ class SessionMaker {
     const auto posture_index = static_cast<std::uint32_t>(plan_.postures().size());
     plan_.postures().push_back(posture);
     for (const PerturbationEvent& event : record.events) {
-      if (event.trial < 1 || event.trial > UINT32_MAX) {
-        return fail(ErrorCode::kInvalidArgument,
-                    fmt::format("{}: trial {} is not allowed; expected 1 to {}", recording::describe(record),
-                                event.trial, UINT32_MAX));
-      }
       TONUS_TRY(add_trial(record, event, posture_index, posture.name(), place));
     }
     return {};
@@ -156,6 +152,14 @@ class SessionMaker {
   }
 
  private:
+  /// The trial's own number; the next free one where another run of the session has it, or no attempt can.
+  std::uint32_t attempt_of(const PerturbationEvent& event) {
+    const bool is_possible = event.trial >= 1 && event.trial <= INT32_MAX;
+    if (is_possible && attempts_.insert(static_cast<std::uint32_t>(event.trial)).second)
+      return static_cast<std::uint32_t>(event.trial);
+    return *attempts_.insert(attempts_.empty() ? 1 : *attempts_.rbegin() + 1).first;
+  }
+
   template <typename T>
   Result<void> put(const topics::Topic<T>& topic, const Id& key, const T& value) {
     auto payload = bus::encode(value);
@@ -194,7 +198,7 @@ class SessionMaker {
                                     {posture, posture_index, place});
     program.session_id(plan_.session_id());
     program.rig_id(plan_.rig_id());
-    program.attempt(static_cast<std::uint32_t>(event.trial));
+    program.attempt(attempt_of(event));
     program.planned_index(counted_++);
     contract::put_shoulder(record.shoulder, program);
     program.set_number(static_cast<std::int32_t>(event.set));
@@ -310,6 +314,7 @@ class SessionMaker {
   Batch batch_;
   std::uint64_t next_ = 0;
   std::int64_t elapsed_ns_ = 0;
+  std::set<std::uint32_t> attempts_;
   std::uint32_t counted_ = 0;
   std::uint32_t valid_ = 0;
 };

@@ -61,12 +61,13 @@ Result<SchedulerEndpoints> SchedulerEndpoints::create(bus::Bus& bus,
 
 Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
     SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
-    SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock) {
+    SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock,
+    const IdSource& new_id) {
   auto lasting = folder.reopen();
   if (!lasting) return lasting.error();
   std::unique_ptr<SchedulerService> service(new SchedulerService(std::move(endpoints), std::move(health),
                                                                  std::move(roster), std::move(folder),
-                                                                 std::move(lease), rig, clock));
+                                                                 std::move(lease), rig, clock, new_id));
   if (!*lasting) return service;
   Journal::Opened& opened = **lasting;
   auto effects = service->machine_.restore(opened.records);
@@ -84,7 +85,7 @@ Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
 SchedulerService::SchedulerService(SchedulerEndpoints endpoints, runtime::HealthReporter health,
                                    runtime::Roster roster, SessionFolder folder,
                                    std::unique_ptr<LeaseSender> lease, const std::string& rig,
-                                   const Clock& clock)
+                                   const Clock& clock, const IdSource& new_id)
     : endpoints_(std::move(endpoints)),
       health_(std::move(health)),
       roster_(std::move(roster)),
@@ -92,7 +93,7 @@ SchedulerService::SchedulerService(SchedulerEndpoints endpoints, runtime::Health
       lease_(std::move(lease)),
       rig_id_(rig_id(rig)),
       clock_(clock),
-      machine_(clock, runtime::kVersion) {}
+      machine_(clock, runtime::kVersion, {}, new_id) {}
 
 Result<Clock::TimePoint> SchedulerService::step() {
   flush();

@@ -7,8 +7,12 @@
 
 namespace tonus::scheduler {
 
-SessionMachine::SessionMachine(const Clock& clock, std::string software_version, Patience patience)
-    : clock_(clock), software_version_(std::move(software_version)), patience_(patience) {}
+SessionMachine::SessionMachine(const Clock& clock, std::string software_version, Patience patience,
+                               IdSource new_id)
+    : clock_(clock),
+      software_version_(std::move(software_version)),
+      patience_(patience),
+      new_id_(std::move(new_id)) {}
 
 Result<Effects> SessionMachine::restore(const std::vector<Record>& records) {
   for (const Record& record : records) {

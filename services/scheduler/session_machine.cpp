@@ -312,7 +312,7 @@ void SessionMachine::end(v1::SessionPhase phase, const std::string& message) {
   if (is_armed()) {
     v1::RigCommand disarm;
     disarm.rig_id(rig_state_->rig_id());
-    disarm.request_id(random_id());
+    disarm.request_id(new_id_());
     disarm.request(v1::RIG_DISARM);
     disarm.session_id(ledger_.state().started.session_id);
     disarm.requested_by("scheduler");

@@ -12,6 +12,7 @@
 #include "services/contract/names.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
+#include "services/core/id_source.hpp"
 #include "services/core/result.hpp"
 #include "services/protocol/rig_facts.hpp"
 #include "services/scheduler/ledger.hpp"
@@ -74,7 +75,8 @@ struct Patience {
 /// nothing real may state that it goes on unattended.
 class SessionMachine {
  public:
-  SessionMachine(const Clock& clock, std::string software_version, Patience patience = {});
+  SessionMachine(const Clock& clock, std::string software_version, Patience patience = {},
+                 IdSource new_id = random_id);
 
   /// Takes a journal's records up again. Call once, before any input. kDataLoss where they do not fit
   /// together.
@@ -189,6 +191,7 @@ class SessionMachine {
   const Clock& clock_;
   const std::string software_version_;
   const Patience patience_;
+  const IdSource new_id_;
 
   Ledger ledger_;
   Effects effects_;

@@ -14,8 +14,8 @@
 /// services/dashboard/openapi.json describes them.
 namespace tonus::dashboard {
 
-/// estimate/condition, estimate/live, trial/verdict, trial/outcome, trial/review, session/plan, session/state,
-/// session/note, rig/state, rig/description.
+/// estimate/condition, estimate/live, trial/verdict, trial/outcome, trial/review, session/plan,
+/// session/state, session/note, rig/state, rig/description.
 [[nodiscard]] std::span<const std::string_view> json_topics();
 
 /// `{"topic": "...", "time_ns": ..., "message": {...}}`, the message as services/contract/message_json.hpp

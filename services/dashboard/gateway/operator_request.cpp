@@ -36,7 +36,7 @@ constexpr std::array<Named<v1::RigRequest>, 3> kRigRequests{{{"emergency_stop", 
 constexpr char kEmergencyStop[] = "emergency_stop";
 constexpr std::size_t kLongestProtocol = 50000;  // what a session command has room for
 constexpr std::size_t kLongestSubject = 128;
-constexpr std::size_t kLongestText = 500;    // of a reason or a note
+constexpr std::size_t kLongestText = 500;  // of a reason or a note
 constexpr std::size_t kLongestName = 160;  // bytes: 40 characters
 constexpr std::size_t kLongestPage = 16;
 
@@ -130,8 +130,7 @@ Result<void> add_remark(const json& object, v1::SessionCommand& command) {
   if (!is_note && trial == kNoId) return wrong("\"trial_id\" must name the trial that is rejected");
   TONUS_TRY_ASSIGN(const auto text, line_in(object, "text", kLongestText));
   if (text.find_first_not_of(' ') == std::string::npos) {
-    return wrong(is_note ? "\"text\" must say what is noted"
-                         : "\"text\" must say why the trial is rejected");
+    return wrong(is_note ? "\"text\" must say what is noted" : "\"text\" must say why the trial is rejected");
   }
   TONUS_TRY_ASSIGN(auto kind, text_in(object, "note_kind", 16));
   if (kind.empty()) kind = kNoteKinds[0];
