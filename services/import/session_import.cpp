@@ -10,6 +10,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/rig.hpp"
+#include "services/contract/subject.hpp"
 #include "services/contract/trial.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/crc32c.hpp"
@@ -70,6 +71,37 @@ Eigen::Vector2d place_of(const Recording& record) {
   return count > 0.0 ? Eigen::Vector2d(sum / count) : sum;
 }
 
+/// A word of BIDS, which takes its first letter too, in any case; empty where it is none of `words`.
+std::string word_of(const std::string& text, std::initializer_list<std::string_view> words) {
+  std::string lower = text;
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const std::string_view word : words) {
+    if (lower == word || lower == word.substr(0, 1)) return std::string(word);
+  }
+  return {};
+}
+
+/// What the dataset knows of a participant.
+v1::SubjectFacts facts_of(const recording::Participant& participant) {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const auto pair = [](const std::optional<double>& a, const std::optional<double>& b) {
+    return std::array{a.value_or(kUnknown), b.value_or(kUnknown)};
+  };
+  v1::SubjectFacts facts = contract::unknown_subject();
+  if (participant.age)
+    facts.age_years(participant.is_age_or_more ? contract::kAgeMost
+                                               : std::min(*participant.age, contract::kAgeMost));
+  facts.sex(word_of(participant.sex, {"male", "female", "other"}));
+  facts.handedness(word_of(participant.handedness, {"right", "left", "ambidextrous"}));
+  facts.measured_arm(word_of(participant.measured_arm, {"right", "left"}));
+  facts.height_m(participant.height_m.value_or(kUnknown));
+  facts.weight_kg(participant.weight_kg.value_or(kUnknown));
+  facts.link_lengths_m(pair(participant.upper_arm_m, participant.forearm_m));
+  facts.circumferences_m(pair(participant.upper_arm_circumference_m, participant.forearm_circumference_m));
+  facts.shoulder_m(pair(participant.shoulder_x_m, participant.shoulder_y_m));
+  return facts;
+}
+
 /// Makes one session's messages and samples.
 class SessionMaker {
  public:
@@ -79,6 +111,10 @@ class SessionMaker {
     plan_.session_id(session);
     plan_.rig_id(description.rig_id());
     plan_.subject(first.participant.id);
+    plan_.subject_facts(facts_of(first.participant));
+    plan_.operator_name(first.session_facts.operator_name);
+    plan_.study(first.session_facts.study);
+    plan_.is_pilot(first.session_facts.is_pilot);
     plan_.protocol_name(first.task);
     plan_.started_at(iso8601(settings.imported_ns));
     plan_.software_version(settings.software_version);
@@ -309,6 +345,8 @@ Result<std::vector<ImportedSession>> sessions_of(const std::vector<Recording>& r
   };
   std::map<std::tuple<std::string, std::string, std::string, bus::Payload>, Group> groups;
   for (const Recording& record : recordings) {
+    if (auto good = contract::check_subject_facts(facts_of(record.participant)); !good)
+      return fail(good.error().code, record.participant.id + ": " + good.error().message);
     if (auto good = validate(record.rig); !good) {
       return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
     }

@@ -51,6 +51,8 @@ class Dataset {
   [[nodiscard]] static Result<void> take_participants(const std::filesystem::path& file,
                                                       std::vector<Run>& runs,
                                                       std::vector<std::string>* left_out);
+  [[nodiscard]] static Result<void> take_sessions(const std::filesystem::path& root, std::vector<Run>& runs,
+                                                  std::vector<std::string>* left_out);
   [[nodiscard]] static Result<void> number_trials(std::vector<Run>& runs, Imperfect imperfect);
 
   std::vector<Run> runs_;

@@ -16,6 +16,7 @@
 #include "services/recording/json_file.hpp"
 #include "services/recording/motion_rows.hpp"
 #include "services/recording/participants.hpp"
+#include "services/recording/sessions.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -244,6 +245,24 @@ Result<void> Dataset::take_participants(const fs::path& file, std::vector<Run>& 
   return {};
 }
 
+/// What is said of each session as a whole.
+Result<void> Dataset::take_sessions(const fs::path& root, std::vector<Run>& runs,
+                                    std::vector<std::string>* left_out) {
+  std::map<std::string, std::map<std::string, SessionFacts>> known;
+  for (Run& run : runs) {
+    const std::string& participant = run.header.participant.id;
+    if (!known.contains(participant)) {
+      auto sessions = read_sessions(sessions_file(root, participant));
+      if (!sessions && left_out == nullptr) return sessions.error();
+      if (!sessions) left_out->push_back(sessions.error().message);
+      known[participant] = sessions ? std::move(*sessions) : std::map<std::string, SessionFacts>();
+    }
+    const auto session = known[participant].find(run.header.session);
+    if (session != known[participant].end()) run.header.session_facts = session->second;
+  }
+  return {};
+}
+
 /// Trial numbers: unique in a session where stated (in a run, where the imperfect is left out), the next free
 /// ones for trials and records without one.
 Result<void> Dataset::number_trials(std::vector<Run>& runs, Imperfect imperfect) {
@@ -311,6 +330,7 @@ Result<Dataset> Dataset::open(const fs::path& root, Imperfect imperfect) {
   std::stable_sort(runs.begin(), runs.end(),
                    [&labels](const Run& a, const Run& b) { return labels(a.header) < labels(b.header); });
   TONUS_TRY(take_participants(root / "participants.tsv", runs, is_left_out ? &left_out : nullptr));
+  TONUS_TRY(take_sessions(root, runs, is_left_out ? &left_out : nullptr));
   TONUS_TRY(number_trials(runs, imperfect));
   return Dataset(std::move(runs), std::move(left_out), imperfect);
 }
