@@ -190,20 +190,6 @@ TEST(Refusal, SuspectsAxesOfForceThatAreTurnedAgainstThoseOfMotion) {
   EXPECT_FALSE(has(identify(sound_trials(), Options{}).value(), Reason::kAsymmetricMass));
 }
 
-TEST(Refusal, SuspectsAGripWhoseForceStopsWhileTheHandleMoves) {
-  // Slack: the force is that of what is left of the displacement behind 1 mm.
-  auto trials = sound_trials();
-  for (Trial& trial : trials) {
-    const Signals force = trial.force;
-    for (Eigen::Index k = 0; k < force.rows(); ++k) {
-      if (trial.displacement.row(k).norm() < 0.002) trial.force.row(k).setZero();
-    }
-  }
-  const Estimate estimate = identify(trials, Options{}).value();
-  EXPECT_EQ(estimate.status, Status::kSuspect);
-  EXPECT_TRUE(has(estimate, Reason::kMisfit));
-}
-
 TEST(Refusal, SuspectsAClippedSensor) {
   // Clipped as recorded along the channels of the record (fx, fy) at 60 % of the largest force.
   auto trials = sound_trials();
