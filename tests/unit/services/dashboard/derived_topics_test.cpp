@@ -89,9 +89,12 @@ TEST(DerivedTopics, AnEstimateWithoutEllipseDeletesWhatWasDrawn) {
 std::vector<std::string> paths_in(const json& layout) {
   std::vector<std::string> paths;
   for (const auto& [id, panel] : layout["configById"].items()) {
-    for (const json& path : panel.value("paths", json::array())) paths.push_back(path["value"]);
-    for (const auto& [topic, settings] : panel.value("topics", json::object()).items())
-      paths.push_back(topic);
+    if (panel.contains("paths")) {
+      for (const json& path : panel["paths"]) paths.push_back(path["value"]);
+    }
+    if (panel.contains("topics")) {
+      for (const auto& [topic, settings] : panel["topics"].items()) paths.push_back(topic);
+    }
     if (panel.contains("topicPath")) paths.push_back(panel["topicPath"]);
   }
   return paths;
