@@ -33,10 +33,9 @@ store::CopyProgress progress_of(ProgressBar& bar, std::uint64_t rows_in_all) {
   return [&bar, rows_in_all](std::uint64_t rows) { bar.show(std::min(rows, rows_in_all), rows_in_all, ""); };
 }
 
-/// Blocks and messages of a store are not counted before they are read: sessions' samples tell how far a copy
-/// is.
+/// Blocks and messages, counted by reading them once: how much a copy will read.
 std::uint64_t expected_rows(store::Store& store) {
-  std::uint64_t rows = 1;
+  std::uint64_t rows = 0;
   const auto count = [&rows](const auto&) {
     ++rows;
     return Result<void>();
@@ -48,7 +47,7 @@ std::uint64_t expected_rows(store::Store& store) {
     for (const auto& stream : *streams)
       static_cast<void>(store.visit_blocks({stream.key, {0, store::kLargestSequence}, true}, count));
   }
-  return rows;
+  return std::max<std::uint64_t>(rows, 1);
 }
 
 struct CopyOptions {
@@ -143,7 +142,7 @@ Result<void> prune(const PruneOptions& options) {
     return {};
   }
   ProgressBar bar("copying what stays");
-  std::uint64_t rows = 1;
+  std::uint64_t rows = 0;
   {
     TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
     rows = expected_rows(*store);
