@@ -9,6 +9,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/core/clock.hpp"
+#include "services/core/places.hpp"
 #include "services/core/text.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/copy.hpp"
@@ -17,8 +18,6 @@
 
 namespace tonus::cli {
 namespace {
-
-bool is_url(const std::string& name) { return name.find("://") != std::string::npos; }
 
 Result<std::vector<Id>> ids_of(store::Store& store, const std::vector<std::string>& wanted) {
   std::vector<Id> ids;
@@ -29,25 +28,8 @@ Result<std::vector<Id>> ids_of(store::Store& store, const std::vector<std::strin
   return ids;
 }
 
-store::CopyProgress progress_of(ProgressBar& bar, std::uint64_t rows_in_all) {
-  return [&bar, rows_in_all](std::uint64_t rows) { bar.show(std::min(rows, rows_in_all), rows_in_all, ""); };
-}
-
-/// Blocks and messages, counted by reading them once: how much a copy will read.
-std::uint64_t expected_rows(store::Store& store) {
-  std::uint64_t rows = 0;
-  const auto count = [&rows](const auto&) {
-    ++rows;
-    return Result<void>();
-  };
-  store::MessageQuery all;
-  all.with_damaged = true;
-  static_cast<void>(store.visit_messages(all, count));
-  if (const auto streams = store.streams()) {
-    for (const auto& stream : *streams)
-      static_cast<void>(store.visit_blocks({stream.key, {0, store::kLargestSequence}, true}, count));
-  }
-  return std::max<std::uint64_t>(rows, 1);
+Progress progress_of(ProgressBar& bar) {
+  return [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); };
 }
 
 struct CopyOptions {
@@ -57,7 +39,7 @@ struct CopyOptions {
 };
 
 Result<store::CopyCount> copy_to(store::Store& from, const std::string& to,
-                                 const store::CopySelection& selection, const store::CopyProgress& progress) {
+                                 const store::CopySelection& selection, const Progress& progress) {
   if (!is_url(to)) return store::copy_to_sqlite(from, to, selection, progress);
   TONUS_TRY_ASSIGN(const auto target, store::open_store_for_writing(to));
   return store::copy_store(from, *target, selection, progress);
@@ -66,9 +48,8 @@ Result<store::CopyCount> copy_to(store::Store& from, const std::string& to,
 Result<void> copy(const CopyOptions& options) {
   TONUS_TRY_ASSIGN(const auto from, open_to_read(options.archive));
   TONUS_TRY_ASSIGN(const auto ids, ids_of(*from, options.sessions));
-  ProgressBar bar("copying");
-  const auto count =
-      copy_to(*from, options.to, {.only = ids, .without = {}}, progress_of(bar, expected_rows(*from)));
+  ProgressBar bar("samples");
+  const auto count = copy_to(*from, options.to, {.only = ids, .without = {}}, progress_of(bar));
   bar.clear();
   if (!count) return count.error();
   std::printf("copied %llu sessions, %llu trials, %llu samples; tonus verify --archive '%s' checks them\n",
@@ -85,8 +66,8 @@ struct PruneOptions {
   bool is_confirmed = false;
 };
 
-/// Those that a person named, and those that ended longer ago than he said. One that has not ended is only
-/// taken by name.
+/// The sessions that are named, and those that ended more than so many days ago. One that has not ended is
+/// only taken by name.
 Result<std::vector<store::SessionRecord>> chosen_sessions(store::Store& store, const PruneOptions& options) {
   TONUS_TRY_ASSIGN(const auto named, ids_of(store, options.sessions));
   std::set<Id> chosen(named.begin(), named.end());
@@ -141,13 +122,8 @@ Result<void> prune(const PruneOptions& options) {
         ids.size());
     return {};
   }
-  ProgressBar bar("copying what stays");
-  std::uint64_t rows = 0;
-  {
-    TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
-    rows = expected_rows(*store);
-  }
-  const auto count = store::prune_sqlite(archive, ids, progress_of(bar, rows));
+  ProgressBar bar("samples that stay");
+  const auto count = store::prune_sqlite(archive, ids, progress_of(bar));
   bar.clear();
   if (!count) return count.error();
   std::printf("removed %zu sessions; %llu are left\n", ids.size(),

@@ -8,6 +8,7 @@
 
 #include "services/store/session_reader.hpp"
 #include "services/store/sqlite_store.hpp"
+#include "services/store/store_file.hpp"
 #include "services/store/store_lock.hpp"
 
 namespace tonus::store {
@@ -31,7 +32,7 @@ MessageIdentity identity_of(const Message& message) {
 
 class Copy {
  public:
-  Copy(Store& from, Store& to, const CopySelection& selection, const CopyProgress& progress)
+  Copy(Store& from, Store& to, const CopySelection& selection, const Progress& progress)
       : from_(from), to_(to), selection_(selection), progress_(progress) {}
 
   Result<CopyCount> run() {
@@ -40,7 +41,7 @@ class Copy {
     TONUS_TRY(note_what_was_in_force());
     TONUS_TRY(copy_blocks());
     TONUS_TRY(copy_messages());
-    TONUS_TRY(finish());
+    TONUS_TRY(to_.commit(last_));
     return count_;
   }
 
@@ -80,6 +81,7 @@ class Copy {
       if (tallied.contains(tally.trial)) last_.tallies.push_back(tally);
     count_.sessions = last_.sessions.size();
     count_.trials = last_.trials.size();
+    for (const TrialRecord& trial : last_.trials) samples_of_trials_ += trial.certificate.received;
     return {};
   }
 
@@ -104,7 +106,7 @@ class Copy {
     TONUS_TRY(to_.commit(batch_));
     batch_ = {};
     batch_bytes_ = 0;
-    if (progress_) progress_(count_.blocks + count_.messages);
+    if (progress_) progress_(std::min(count_.samples, samples_of_trials_), samples_of_trials_);
     return {};
   }
 
@@ -151,16 +153,15 @@ class Copy {
     return flush_if(!batch_.messages.empty());
   }
 
-  Result<void> finish() { return to_.commit(last_); }
-
   Store& from_;
   Store& to_;
   const CopySelection& selection_;
-  const CopyProgress& progress_;
+  const Progress& progress_;
   std::vector<StreamRecord> streams_;
   std::set<MessageIdentity> in_force_;
   Batch batch_;
   std::size_t batch_bytes_ = 0;
+  std::uint64_t samples_of_trials_ = 0;  ///< What there is to copy, but for some outside of trials.
   Batch last_;  ///< Records, coverage and certificates: true only when all else is there.
   CopyCount count_;
 };
@@ -168,7 +169,7 @@ class Copy {
 }  // namespace
 
 Result<CopyCount> copy_store(Store& from, Store& to, const CopySelection& selection,
-                             const CopyProgress& progress) {
+                             const Progress& progress) {
   return Copy(from, to, selection, progress).run();
 }
 
@@ -194,85 +195,53 @@ Result<void> check_all(Store& store, const CopyCount& expected) {
                           found.blocks, found.messages, expected.blocks, expected.messages));
 }
 
-void remove_log(const std::string& path) {
-  std::error_code ignored;
-  for (const char* suffix : {"-wal", "-shm"}) fs::remove(path + suffix, ignored);
-}
-
-void remove_file_and_log(const std::string& path) {
-  std::error_code ignored;
-  fs::remove(path, ignored);
-  remove_log(path);
-}
-
 }  // namespace
 
 Result<CopyCount> copy_to_sqlite(Store& from, const std::string& path, const CopySelection& selection,
-                                 const CopyProgress& progress) {
-  std::error_code error;
-  if (fs::exists(fs::symlink_status(path, error)))
-    return fail(ErrorCode::kAlreadyExists,
-                fmt::format("store '{}': already exists; expected the name of a new file", path));
-  const std::string partial = path + ".partial";
-  remove_file_and_log(partial);
-  auto copied = [&]() -> Result<CopyCount> {
-    // Closed again before it is read back: then it rests, whole, in one file.
-    const auto count = [&]() -> Result<CopyCount> {
+                                 const Progress& progress) {
+  CopyCount count;
+  TONUS_TRY(make_store_file(path, [&](const std::string& partial) -> Result<void> {
+    {
       TONUS_TRY_ASSIGN(const auto to, SqliteStore::open(partial, SqliteStore::Access::kWrite));
-      return copy_store(from, *to, selection, progress);
-    }();
-    if (!count) return count;
+      TONUS_TRY_ASSIGN(count, copy_store(from, *to, selection, progress));
+    }  // closed, it rests in one file
     TONUS_TRY_ASSIGN(const auto made, SqliteStore::open(partial, SqliteStore::Access::kRead));
-    TONUS_TRY(check_all(*made, *count));
-    return count;
-  }();
-  if (copied) fs::rename(partial, path, error);
-  if (copied && error) copied = fail(ErrorCode::kIo, fmt::format("store '{}': {}", path, error.message()));
-  if (!copied) remove_file_and_log(partial);
-  return copied;
+    return check_all(*made, count);
+  }));
+  return count;
 }
 
 namespace {
 
-/// What a crash left in the log goes into the file, so that one file is all there is.
-Result<void> empty_log(const std::string& path) {
+bool has_log(const std::string& path) {
   std::error_code error;
-  if (fs::file_size(path + "-wal", error) > 0 && !error)
-    TONUS_TRY(SqliteStore::open(path, SqliteStore::Access::kWrite));
-  return {};
+  return fs::file_size(path + "-wal", error) > 0 && !error;
 }
 
-Result<void> replace(const std::string& path, const std::string& by) {
-  std::error_code error;
-  const auto rights = fs::status(path, error).permissions();
-  if (!error) fs::permissions(by, rights, error);
-  if (!error) fs::rename(by, path, error);
-  if (!error) return {};
-  std::error_code ignored;
-  fs::remove(by, ignored);
-  return fail(ErrorCode::kIo, fmt::format("store '{}': {}", path, error.message()));
+/// What a crash left in the log goes into the file, so that one file is all there is.
+Result<void> empty_log(const std::string& path) {
+  if (has_log(path)) TONUS_TRY(SqliteStore::open(path, SqliteStore::Access::kWrite));
+  return {};
 }
 
 }  // namespace
 
 Result<CopyCount> prune_sqlite(const std::string& path, const std::vector<Id>& sessions,
-                               const CopyProgress& progress) {
+                               const Progress& progress) {
   TONUS_TRY(SqliteStore::open(path, SqliteStore::Access::kRead));
   TONUS_TRY(empty_log(path));
   TONUS_TRY_ASSIGN(const auto lock, StoreLock::take(path));
+  if (has_log(path))
+    return fail(ErrorCode::kUnavailable, fmt::format("store '{}': was written meanwhile", path));
   const std::string pruned = path + ".pruned";
   std::error_code error;
-  fs::remove(pruned, error);  // of a run that was interrupted
+  fs::remove(pruned, error);  // of a run that was killed
   TONUS_TRY_ASSIGN(const auto count, [&]() -> Result<CopyCount> {
     TONUS_TRY_ASSIGN(const auto from, SqliteStore::open(path, SqliteStore::Access::kRead));
     return copy_to_sqlite(*from, pruned, {.only = {}, .without = sessions}, progress);
   }());
-  if (fs::file_size(path + "-wal", error) > 0 && !error) {
-    remove_file_and_log(pruned);
-    return fail(ErrorCode::kUnavailable, fmt::format("store '{}': was written meanwhile", path));
-  }
-  remove_log(path);
-  TONUS_TRY(replace(path, pruned));
+  for (const char* suffix : {"-wal", "-shm"}) fs::remove(path + suffix, error);  // empty, and of the old file
+  TONUS_TRY(replace_store_file(path, pruned));
   return count;
 }
 

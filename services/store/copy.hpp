@@ -1,10 +1,10 @@
 #pragma once
 
 #include <cstdint>
-#include <functional>
 #include <string>
 #include <vector>
 
+#include "services/core/progress.hpp"
 #include "services/store/store.hpp"
 
 namespace tonus::store {
@@ -29,9 +29,6 @@ struct CopyCount {
   std::uint64_t samples = 0;
 };
 
-/// Rows read so far.
-using CopyProgress = std::function<void(std::uint64_t rows)>;
-
 /// Copies sessions from one store to an empty one of any kind, payloads byte for byte with their checksums,
 /// which are checked on the way. `from` may be written meanwhile: what it certifies at the call is in the
 /// copy. Where sessions are chosen by `only`, the copy states coverage of what it holds; else the source's,
@@ -40,17 +37,17 @@ using CopyProgress = std::function<void(std::uint64_t rows)>;
 /// kAlreadyExists: `to` holds something. kDataLoss: a payload of `from` is damaged (`tonus recover` copies
 /// what is left). On any error `to` holds a part, without coverage and certificates; the caller removes it.
 [[nodiscard]] Result<CopyCount> copy_store(Store& from, Store& to, const CopySelection& selection,
-                                           const CopyProgress& progress);
+                                           const Progress& progress);
 
 /// copy_store() to a new file that is there whole and read back, or not at all. kAlreadyExists: `path`
 /// exists. kIo: the disk.
 [[nodiscard]] Result<CopyCount> copy_to_sqlite(Store& from, const std::string& path,
-                                               const CopySelection& selection, const CopyProgress& progress);
+                                               const CopySelection& selection, const Progress& progress);
 
 /// Removes sessions from an SQLite archive that no program writes: copies everything else to a new file,
 /// reads it back, and puts it in the old one's place in one step; before that nothing is changed. Errors as
 /// SqliteStore::open() and copy_store(); kIo: no room for the copy.
 [[nodiscard]] Result<CopyCount> prune_sqlite(const std::string& path, const std::vector<Id>& sessions,
-                                             const CopyProgress& progress);
+                                             const Progress& progress);
 
 }  // namespace tonus::store

@@ -3,6 +3,8 @@
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "services/store/memory_store.hpp"
 #include "services/store/session_reader.hpp"
@@ -145,6 +147,10 @@ TEST_F(Copying, NeverTakesThePlaceOfAFile) {
   std::ofstream(target()) << "dear";
   EXPECT_FALSE(copy_to_sqlite(*open(file()), target(), {}, {}));
   EXPECT_EQ(std::filesystem::file_size(target()), 4U);
+  std::filesystem::remove(target());
+  std::ofstream(target() + "-wal") << "of a file that is gone";
+  EXPECT_FALSE(copy_to_sqlite(*open(file()), target(), {}, {}));
+  EXPECT_FALSE(std::filesystem::exists(target()));
 }
 
 TEST_F(Copying, OfAWholeSessionVerifiesAsTheSessionItself) {
@@ -174,6 +180,18 @@ TEST_F(Pruning, RemovesTheSessionForGoodAndKeepsWhatTheOthersNeed) {
             std::filesystem::perms::owner_read | std::filesystem::perms::owner_write);
   for (const char* suffix : {"-wal", "-shm", "-lock", ".pruned", ".pruned.partial"})
     EXPECT_FALSE(std::filesystem::exists(file() + suffix)) << suffix;
+}
+
+TEST_F(Pruning, ByTheSuperuserLeavesTheFileToItsOwner) {
+  if (::geteuid() != 0) GTEST_SKIP() << "only the superuser may give a file away";
+  constexpr uid_t kOther = 12345;
+  ASSERT_EQ(::chown(file().c_str(), kOther, kOther), 0);
+  const auto count = prune_sqlite(file(), {kOld}, {});
+  ASSERT_TRUE(count) << count.error().message;
+  struct stat status {};
+  ASSERT_EQ(::stat(file().c_str(), &status), 0);
+  EXPECT_EQ(status.st_uid, kOther);
+  EXPECT_EQ(status.st_gid, kOther);
 }
 
 TEST_F(Pruning, OfAnArchiveThatIsWrittenChangesNothing) {
