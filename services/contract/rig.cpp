@@ -1,5 +1,7 @@
 #include "services/contract/rig.hpp"
 
+#include <cmath>
+#include <set>
 #include <spdlog/fmt/fmt.h>
 
 namespace tonus::contract {
@@ -49,6 +51,44 @@ Result<RigGeometry> geometry_of(const v1::RigDescription& description) {
   rig.force_saturation_V = description.force_saturation_V();
   TONUS_TRY(validate(rig));
   return rig;
+}
+
+Result<std::vector<AuxiliaryChannel>> auxiliary_channels_of(const v1::RigDescription& description) {
+  constexpr std::uint32_t kMostValues = 256;
+  std::vector<AuxiliaryChannel> channels;
+  std::set<std::string> names;
+  for (const v1::AuxiliaryChannel& wire : description.auxiliary_channels()) {
+    const auto refuse = [&](const std::string& what) {
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("rig {}: auxiliary channel '{}': {}", description.name(), wire.name(), what));
+    };
+    if (wire.name().empty() || !names.insert(wire.name()).second)
+      return refuse("this name is not allowed; expected one that no other channel has");
+    if (!std::isfinite(wire.unit_per_value()) || wire.unit_per_value() == 0.0) {
+      return refuse(fmt::format("unit_per_value {} is not allowed; expected a finite number, not 0",
+                                wire.unit_per_value()));
+    }
+    if (wire.values_per_sample() < 1 || wire.values_per_sample() > kMostValues) {
+      return refuse(fmt::format("values_per_sample {} is not allowed; expected 1 to {}",
+                                wire.values_per_sample(), kMostValues));
+    }
+    channels.push_back(
+        {wire.name(), wire.type(), wire.unit(), wire.unit_per_value(), wire.values_per_sample()});
+  }
+  return channels;
+}
+
+void put_auxiliary_channels(std::span<const AuxiliaryChannel> channels, v1::RigDescription& description) {
+  description.auxiliary_channels().clear();
+  for (const AuxiliaryChannel& channel : channels) {
+    v1::AuxiliaryChannel wire;
+    wire.name(channel.name);
+    wire.type(channel.type);
+    wire.unit(channel.unit);
+    wire.unit_per_value(channel.unit_per_value);
+    wire.values_per_sample(channel.values_per_sample);
+    description.auxiliary_channels().push_back(wire);
+  }
 }
 
 void put_geometry(const RigGeometry& geometry, v1::RigDescription& description) {

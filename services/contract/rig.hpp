@@ -2,7 +2,9 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
+#include "services/contract/auxiliary.hpp"
 #include "services/core/result.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
@@ -22,6 +24,12 @@ namespace tonus::contract {
 
 /// Sets the description's constants of the conversion, and nothing else of it.
 void put_geometry(const RigGeometry& geometry, v1::RigDescription& description);
+
+/// The channels beside force and motion, in the order of their values. kInvalidArgument: names that are
+/// empty or the same, a scale that is 0 or not finite, values with a sample outside of 1 to 256.
+[[nodiscard]] Result<std::vector<AuxiliaryChannel>> auxiliary_channels_of(
+    const v1::RigDescription& description);
+void put_auxiliary_channels(std::span<const AuxiliaryChannel> channels, v1::RigDescription& description);
 
 /// Where the subject's shoulder stands for this trial.
 [[nodiscard]] ShoulderPose shoulder_of(const v1::TrialProgram& program);
