@@ -55,6 +55,11 @@ Effects SessionMachine::on_command(const v1::SessionCommand& command) {
       break;
     case v1::SESSION_START:
       break;
+    case v1::SESSION_REJECT_TRIAL:
+    case v1::SESSION_NOTE:
+      reply(command.session_id(), request, false,
+            "this scheduler does not reject trials by hand and takes no notes");
+      break;
   }
   return finish();
 }
