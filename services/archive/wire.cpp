@@ -64,7 +64,8 @@ Result<void> note(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample
   } else if (topic.name == topics::kRigDescription.spec.name) {
     TONUS_TRY_ASSIGN(const auto wire, bus::decode<v1::RigDescription>(*sample.payload));
     TONUS_TRY_ASSIGN(const auto channels, contract::auxiliary_channels_of(wire));
-    ingest.note_auxiliary(wire.rig_id(), values_per_sample(channels));
+    const std::size_t values = values_per_sample(channels, wire.sample_rate_Hz());
+    ingest.note_auxiliary(wire.rig_id(), static_cast<std::uint32_t>(values));
   } else if (topic.name == topics::kSessionPlan.spec.name) {
     TONUS_TRY_ASSIGN(const auto wire, bus::decode<v1::SessionPlan>(*sample.payload));
     ingest.note_plan(store::to_record(wire));

@@ -10,6 +10,22 @@ namespace tonus::contract {
 
 using nlohmann::json;
 
+namespace {
+
+const char* kind_name(v1::TrialKind kind) {
+  switch (kind) {
+    case v1::TRIAL_PERTURBATION:
+      return "perturbation";
+    case v1::TRIAL_RECORDING:
+      return "recording";
+    case v1::TRIAL_CONTRACTION:
+      return "contraction";
+  }
+  return "unknown";
+}
+
+}  // namespace
+
 json message_json(const v1::Estimate& estimate) {
   json object = json_of(estimate);
   object.update({{"estimate_id", to_hex(estimate.estimate_id())},
@@ -24,6 +40,14 @@ json message_json(const v1::Estimate& estimate) {
 json message_json(const v1::TrialVerdict& verdict) {
   json reasons = json::array();
   for (const v1::VerdictReason reason : verdict.reasons()) reasons.push_back(v1::reason_name(reason));
+  json muscles = json::array();
+  for (const v1::MuscleActivity& muscle : verdict.muscles()) {
+    muscles.push_back({{"channel", muscle.channel()},
+                       {"is_normalised", muscle.is_normalised()},
+                       {"before_onset", muscle.before_onset()},
+                       {"short_latency", muscle.short_latency()},
+                       {"long_latency", muscle.long_latency()}});
+  }
   return {{"trial_id", to_hex(verdict.trial_id())},
           {"session_id", to_hex(verdict.session_id())},
           {"attempt", verdict.attempt()},
@@ -38,7 +62,9 @@ json message_json(const v1::TrialVerdict& verdict) {
           {"excursion_m", verdict.excursion_m()},
           {"end_speed_m_per_s", verdict.end_speed_m_per_s()},
           {"saturated_samples", verdict.saturated_samples()},
-          {"missing_samples", verdict.missing_samples()}};
+          {"missing_samples", verdict.missing_samples()},
+          {"muscles", muscles},
+          {"co_contraction", verdict.co_contraction()}};
 }
 
 json message_json(const v1::TrialProgram& program) {
@@ -46,7 +72,7 @@ json message_json(const v1::TrialProgram& program) {
           {"rig_id", to_hex(program.rig_id())},
           {"attempt", program.attempt()},
           {"planned_index", program.planned_index()},
-          {"kind", program.kind() == v1::TRIAL_RECORDING ? "recording" : "perturbation"},
+          {"kind", kind_name(program.kind())},
           {"posture", program.posture()},
           {"posture_index", program.posture_index()},
           {"posture_m", program.posture_m()},

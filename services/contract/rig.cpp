@@ -1,7 +1,5 @@
 #include "services/contract/rig.hpp"
 
-#include <cmath>
-#include <set>
 #include <spdlog/fmt/fmt.h>
 
 namespace tonus::contract {
@@ -54,27 +52,12 @@ Result<RigGeometry> geometry_of(const v1::RigDescription& description) {
 }
 
 Result<std::vector<AuxiliaryChannel>> auxiliary_channels_of(const v1::RigDescription& description) {
-  constexpr std::uint32_t kMostValues = 256;
   std::vector<AuxiliaryChannel> channels;
-  std::set<std::string> names;
   for (const v1::AuxiliaryChannel& wire : description.auxiliary_channels()) {
-    const auto refuse = [&](const std::string& what) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("rig {}: auxiliary channel '{}': {}", description.name(), wire.name(), what));
-    };
-    if (wire.name().empty() || !names.insert(wire.name()).second)
-      return refuse("this name is not allowed; expected one that no other channel has");
-    if (!std::isfinite(wire.unit_per_value()) || wire.unit_per_value() == 0.0) {
-      return refuse(fmt::format("unit_per_value {} is not allowed; expected a finite number, not 0",
-                                wire.unit_per_value()));
-    }
-    if (wire.values_per_sample() < 1 || wire.values_per_sample() > kMostValues) {
-      return refuse(fmt::format("values_per_sample {} is not allowed; expected 1 to {}",
-                                wire.values_per_sample(), kMostValues));
-    }
-    channels.push_back(
-        {wire.name(), wire.type(), wire.unit(), wire.unit_per_value(), wire.values_per_sample()});
+    channels.push_back({wire.name(), wire.type(), wire.unit(), wire.unit_per_value(),
+                        wire.values_per_sample() * description.sample_rate_Hz()});
   }
+  TONUS_TRY(validate(channels, description.sample_rate_Hz()));
   return channels;
 }
 
@@ -86,7 +69,7 @@ void put_auxiliary_channels(std::span<const AuxiliaryChannel> channels, v1::RigD
     wire.type(channel.type);
     wire.unit(channel.unit);
     wire.unit_per_value(channel.unit_per_value);
-    wire.values_per_sample(channel.values_per_sample);
+    wire.values_per_sample(values_per_sample(channel, description.sample_rate_Hz()));
     description.auxiliary_channels().push_back(wire);
   }
 }

@@ -2,7 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
+#include <span>
 #include <spdlog/fmt/fmt.h>
 
 #include "services/config/toml_text.hpp"
@@ -45,16 +45,10 @@ void fill(const v1::AuxiliaryBlock& block, SequenceRange range, std::size_t tota
           std::vector<AuxiliarySeries>& series) {
   const std::uint64_t first = std::max(block.first_sequence(), range.first);
   const std::uint64_t end = std::min(block.first_sequence() + block.sample_count(), range.end);
-  for (std::uint64_t number = first; number < end; ++number) {
-    const float* value = &block.values()[(number - block.first_sequence()) * total];
-    for (AuxiliarySeries& one : series) {
-      const std::size_t count = one.channel.values_per_sample;
-      float* place = &one.values[(number - range.first) * count];
-      for (std::size_t i = 0; i < count; ++i, ++value) {
-        if (std::isnan(place[i])) place[i] = static_cast<float>(*value * one.channel.unit_per_value);
-      }
-    }
-  }
+  const std::span values(block.values());
+  for (std::uint64_t number = first; number < end; ++number)
+    put_values(values.subspan((number - block.first_sequence()) * total, total), number - range.first,
+               series);
 }
 
 }  // namespace
@@ -82,15 +76,11 @@ Result<TrialSamples> read_trial_samples(Store& store, const SessionTrial& trial)
 Result<std::vector<AuxiliarySeries>> read_trial_auxiliary(Store& store, const SessionTrial& trial,
                                                           const v1::RigDescription& rig) {
   TONUS_TRY_ASSIGN(const auto channels, contract::auxiliary_channels_of(rig));
-  std::vector<AuxiliarySeries> series;
-  if (channels.empty()) return series;
+  if (channels.empty()) return std::vector<AuxiliarySeries>();
   TONUS_TRY_ASSIGN(const auto range, range_of(store, trial));
-  const std::size_t total = values_per_sample(channels);
-  for (const AuxiliaryChannel& channel : channels) {
-    series.push_back({channel, trial.record->sample_rate * channel.values_per_sample, {}});
-    series.back().values.assign(range.count() * channel.values_per_sample,
-                                std::numeric_limits<float>::quiet_NaN());
-  }
+  const double rate = rig.sample_rate_Hz();
+  const std::size_t total = values_per_sample(channels, rate);
+  auto series = empty_series(channels, rate, range.count());
   const BlockQuery query{trial.record->stream, range, true, true};
   TONUS_TRY(store.visit_blocks(query, [&](const Block& block) -> Result<void> {
     const auto wire = decode_auxiliary_block(block);

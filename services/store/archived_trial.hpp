@@ -3,8 +3,8 @@
 #include <cstdint>
 #include <vector>
 
-#include "services/contract/auxiliary.hpp"
 #include "services/core/result.hpp"
+#include "services/mechanics/auxiliary_series.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 #include "services/store/session_reader.hpp"
 

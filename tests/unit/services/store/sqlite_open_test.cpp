@@ -95,6 +95,34 @@ TEST_F(SqliteOpen, RefusesANewerSchema) {
   EXPECT_EQ(read_refusal(), expected);
 }
 
+TEST_F(SqliteOpen, BringsAnArchiveFromBeforeAuxiliaryChannelsUpToDateWithItsBlocks) {
+  {
+    const auto store = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+    ASSERT_TRUE(store);
+    Batch batch;
+    StreamRecord stream{testing::kStream, 0, {}, 0, 0};
+    stream.coverage.add({0, 20});
+    batch.streams = {stream};
+    batch.blocks = {testing::block_of(0, 20)};
+    ASSERT_TRUE((*store)->commit(batch));
+  }
+  run("ALTER TABLE blocks DROP COLUMN is_auxiliary; ALTER TABLE streams DROP COLUMN auxiliary_values; "
+      "DROP TABLE auxiliary_coverage; DELETE FROM schema_migrations WHERE version = 3");
+  const auto pending = SqliteStore::pending_upgrade(path_);
+  ASSERT_TRUE(pending) << pending.error().message;
+  EXPECT_EQ(*pending, (std::vector<std::string>{"3: auxiliary channels"}));
+  const auto store = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+  ASSERT_TRUE(store) << store.error().message;
+  int blocks = 0;
+  EXPECT_TRUE((*store)->visit_blocks({testing::kStream, {0, 20}}, [&](const Block& block) -> Result<void> {
+    ++blocks;
+    EXPECT_EQ(*block.payload, *testing::block_of(0, 20).payload);
+    return {};
+  }));
+  EXPECT_EQ(blocks, 1);
+  EXPECT_EQ((*store)->streams()->at(0).auxiliary_values, 0U);
+}
+
 TEST_F(SqliteOpen, LetsOneArchiveWriteAtATimeAndOthersRead) {
   const auto writer = SqliteStore::open(path_, SqliteStore::Access::kWrite);
   ASSERT_TRUE(writer);
