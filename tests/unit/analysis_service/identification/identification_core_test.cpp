@@ -272,7 +272,9 @@ TEST_F(MusclesInTheCore, ASubjectWhoIsNotRelaxedIsRejectedInExactlyThoseTrials) 
     const bool is_tense = i == 3 || i == 8;
     const Verdict verdict = judge(trials_[i], is_tense ? 0.3 : 0.04);
     EXPECT_EQ(verdict.is_valid, !is_tense) << "trial " << i << ": " << verdict.detail;
-    if (is_tense) EXPECT_THAT(verdict.defects, ElementsAre(Defect::kMusclesActive));
+    if (is_tense) {
+      EXPECT_THAT(verdict.defects, ElementsAre(Defect::kMusclesActive));
+    }
     ASSERT_THAT(verdict.activity.muscles, SizeIs(1));
     EXPECT_TRUE(verdict.activity.muscles[0].is_normalised);
     EXPECT_NEAR(verdict.activity.muscles[0].before_onset, is_tense ? 0.3 : 0.04, is_tense ? 0.05 : 0.01);

@@ -127,7 +127,9 @@ TEST(AuxiliaryHeader, RefusesWhatDoesNotDecodeAndNothingElse) {
     const auto header = read_auxiliary_header(payload);
     ASSERT_EQ(header.has_value(), is_sense) << "case " << i << ": " << (header ? "" : header.error().message);
     (header ? taken : refused) += 1;
-    if (header) EXPECT_EQ(header->block.count, wire->sample_count());
+    if (header) {
+      EXPECT_EQ(header->block.count, wire->sample_count());
+    }
   }
   EXPECT_GT(refused, 2000);
   EXPECT_GT(taken, 2000);
