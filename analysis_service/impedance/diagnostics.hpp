@@ -15,6 +15,8 @@ struct Diagnosis {
   bool is_force_clipped = false;
   bool is_force_shifted = false;
   bool is_lag_examined = false;
+  double misfit = 0.0;  ///< Largest of the channels' (force_lag.hpp), as is the next.
+  double misfit_share = 0.0;
   AxisVector force_lag;  ///< s by which each force channel lags; positive: too late. 0 where not examined.
 };
 

@@ -55,6 +55,8 @@ enum class Reason : std::uint8_t {
   kHeldSamples,        ///< A channel repeats its samples, or joins those of a slower rate.
   kReflex,             ///< A part of the force follows the displacement 30 to 60 ms late.
   kUnsettledModel,     ///< Undetermined: the coefficients of a model beyond (3) do not settle.
+  kAsymmetricMass,     ///< Suspect: the mass matrix is not symmetric: the force is not that of these axes.
+  kAtBound,            ///< Suspect: a parameter stands at the end of what is searched.
 };
 
 /// What an estimate is judged by; on the wire as FitTest.

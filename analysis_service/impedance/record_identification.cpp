@@ -15,7 +15,7 @@ std::string percent(double share) { return fmt::format("{:.3g} %", 100.0 * share
 
 /// What a failed check says. The remedies are in README.md.
 struct Finding {
-  FitTest test = FitTest::kExplainedShare;
+  std::optional<FitTest> test;  ///< None: a reason alone.
   Reason reason = Reason::kUnexplained;
   std::string detail;
 };
@@ -80,6 +80,16 @@ Finding finding_of(const spectral::Check& check, const spectral::Estimate& found
     case Test::kWidth:
       return {FitTest::kWidth, Reason::kWide,
               fmt::format("a 95 % half-width is {} of its matrix, at most {}", percent(v), percent(limit))};
+    case Test::kSymmetry:
+      return {std::nullopt, Reason::kAsymmetricMass,
+              fmt::format("the mass matrix's other elements differ by {} of its largest, at most {}",
+                          percent(v), percent(limit))};
+    case Test::kAtBound:
+      return {
+          std::nullopt, Reason::kAtBound,
+          fmt::format("the reflex's delay is {:.2g} ms from the end of the search, {:.3g} to {:.3g} ms; "
+                      "at least its standard error, {:.2g} ms",
+                      1e3 * v, 1e3 * spectral::kShortestReflex, 1e3 * spectral::kLongestReflex, 1e3 * limit)};
   }
   return {};
 }
@@ -97,12 +107,14 @@ Reason reason_of(spectral::Shortage shortage) {
       return Reason::kNotCoherent;
     case spectral::Shortage::kUnsettled:
       return Reason::kUnsettledModel;
+    case spectral::Shortage::kTooFewFrequencies:
+      return Reason::kRankDeficient;
   }
   return Reason::kTooFewSamples;
 }
 
-std::string detail_of(spectral::Shortage shortage, Eigen::Index samples, double seconds) {
-  switch (shortage) {
+std::string detail_of(const spectral::Estimate& found, Eigen::Index samples, double seconds) {
+  switch (found.shortage) {
     case spectral::Shortage::kNone:
     case spectral::Shortage::kTooFewSamples:
       return fmt::format("{} usable rows, at least {}", samples, spectral::kFewestRows);
@@ -117,6 +129,9 @@ std::string detail_of(spectral::Shortage shortage, Eigen::Index samples, double 
           spectral::kSegmentsOfLongest / seconds, seconds);
     case spectral::Shortage::kUnsettled:
       return "the coefficients beside M, B and K do not settle: the data do not tell them apart";
+    case spectral::Shortage::kTooFewFrequencies:
+      return fmt::format("the motion has {:.2g} independent frequencies, at least {}", found.frequencies,
+                         spectral::kFewestFrequencies);
   }
   return {};
 }
@@ -248,9 +263,8 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
   if (found.outcome == spectral::Outcome::kNone) {
     const Reason reason = reason_of(found.shortage);
     conclude(estimate, reason, diagnosis);
-    estimate.details[reason] =
-        detail_of(found.shortage, estimate.samples,
-                  static_cast<double>(estimate.samples) * trials.front()->sample_period);
+    estimate.details[reason] = detail_of(
+        found, estimate.samples, static_cast<double>(estimate.samples) * trials.front()->sample_period);
     return;
   }
   estimate.units = static_cast<std::size_t>(found.blocks);
@@ -279,7 +293,7 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
   std::optional<Reason> failure;
   for (const spectral::Check& check : found.checks) {
     Finding finding = finding_of(check, found);
-    estimate.checks.push_back({finding.test, check.value, check.limit, check.is_passed});
+    if (finding.test) estimate.checks.push_back({*finding.test, check.value, check.limit, check.is_passed});
     if (check.is_passed) continue;
     const bool is_undetermined =
         finding.reason == Reason::kWide && found.outcome == spectral::Outcome::kUndetermined;

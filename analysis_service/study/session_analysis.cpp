@@ -36,7 +36,7 @@ bool has_bias(const store::SessionTrial& trial) {
 }
 
 bool counts(const store::SessionTrial& trial) {
-  return trial.outcome && trial.verdict && trial.verdict->value.is_valid();
+  return trial.outcome && store::why_not_counted(trial).empty();
 }
 
 Result<impedance::Trial> trial_of(store::Store& store, const store::Session& session,

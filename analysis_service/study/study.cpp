@@ -24,7 +24,7 @@ bool is_completed(const store::Session& session) {
   return session.state && session.state->phase() == v1::SESSION_COMPLETED;
 }
 
-/// The newest completed sessions of a subject; sessions come in the order of their start.
+/// The newest completed sessions of a subject, but for pilots; sessions come in the order of their start.
 Result<Chosen> choose(store::Store& store, const std::vector<store::SessionRecord>& records,
                       const std::string& subject) {
   Chosen chosen;
@@ -32,7 +32,7 @@ Result<Chosen> choose(store::Store& store, const std::vector<store::SessionRecor
     if (record.subject != subject) continue;
     auto session = store::read_session(store, record.session);
     if (!session) return session.error();
-    if (!is_completed(*session)) continue;
+    if (!is_completed(*session) || session->plan.is_pilot()) continue;
     (is_loaded(*session) ? chosen.loaded : chosen.unloaded) = std::move(*session);
   }
   return chosen;

@@ -51,7 +51,7 @@ std::string hdf5_section() {
   std::string text =
       "\n## HDF5\n\n`tonus export --format hdf5` writes one file. Each dataset has the attributes `units` "
       "and `description`. A trial is\n"
-      "`/trials/NNNN` (its attempt), an estimate `/estimates/NNN`.\n";
+      "`/trials/NNNN` (its attempt), an estimate `/estimates/NNN`, a note `/notes/NNN`.\n";
   text += attributes("/", formats::session_attributes());
   text += attributes("/rig", formats::rig_attributes());
   text += attributes("/trials/NNNN", formats::trial_attributes());
@@ -60,6 +60,7 @@ std::string hdf5_section() {
   text +=
       "\n`/trials/NNNN/auxiliary/CHANNEL` has the values of an auxiliary channel, with `rate_Hz`, "
       "`first_time_s` (of its\nfirst value, from the onset) and `type`.\n";
+  text += attributes("/notes/NNN", formats::note_attributes());
   text += "\n### Datasets of a trial, two numbers a sample\n\n| dataset | meaning |\n|---|---|\n";
   for (const auto& dataset : formats::pair_datasets())
     text += fmt::format("| `{}` | {} |\n", dataset.name, cell(dataset.description));
@@ -75,7 +76,8 @@ Result<std::string> formats_page() {
          "[bids-specification](https://bids-specification.readthedocs.io/). Numbers without a value are "
          "empty cells (CSV), NaN\n"
          "(HDF5) or null (JSON), never 0.\n\n## CSV\n\n`columns.csv` in the exported folder has the same.\n" +
-         csv_table("trials.csv", formats::trial_columns()) +
+         csv_table("session.csv", formats::session_columns()) +
+         csv_table("trials.csv", formats::trial_columns()) + csv_table("notes.csv", formats::note_columns()) +
          csv_table("muscles.csv", formats::muscle_columns()) +
          csv_table("estimates.csv", formats::estimate_columns()) +
          csv_table("samples/trial-N.csv", formats::sample_columns()) +

@@ -83,6 +83,7 @@ json json_of(const v1::Estimate& e) {
   json c = {{"posture", e.posture()},
             {"bias_N", {e.bias_N()[0], e.bias_N()[1]}},
             {"set", e.set_number() == 0 ? json(nullptr) : json(e.set_number())},
+            {"instruction", e.instruction().empty() ? json(nullptr) : json(e.instruction())},
             {"method", e.method()},
             {"model", e.model()},
             {"trials_used", e.trials_used()},

@@ -18,7 +18,8 @@ using store::Session;
 using store::SessionTrial;
 
 std::string columns_text() {
-  return "file,column,unit,meaning\n" + description_of("trials.csv", trial_columns()) +
+  return "file,column,unit,meaning\n" + description_of("session.csv", session_columns()) +
+         description_of("trials.csv", trial_columns()) + description_of("notes.csv", note_columns()) +
          description_of("estimates.csv", estimate_columns()) +
          description_of("muscles.csv", muscle_columns()) +
          description_of("samples/trial-N.csv", sample_columns()) +
@@ -147,9 +148,13 @@ Result<void> write_tables(store::Store& store, const Session& session, const fs:
     if (!trial.record || !trial.record->has_samples) continue;
     TONUS_TRY(write_trial_files(store, session, trial, folder));
   }
+  TONUS_TRY(create_text_file(folder / "session.csv",
+                             header_of(session_columns()) + line_of(session_columns(), session)));
   TONUS_TRY(create_text_file(folder / "trials.csv", trials));
-  if (muscles != header_of(muscle_columns()))
-    TONUS_TRY(create_text_file(folder / "muscles.csv", muscles));
+  if (muscles != header_of(muscle_columns())) TONUS_TRY(create_text_file(folder / "muscles.csv", muscles));
+  std::string notes = header_of(note_columns());
+  for (const auto& note : session.notes) notes += line_of(note_columns(), NoteRow{session, note.value});
+  TONUS_TRY(create_text_file(folder / "notes.csv", notes));
   std::string estimates = header_of(estimate_columns());
   for (const auto& estimate : store::newest_estimates(session)) estimates += estimate_lines(estimate);
   TONUS_TRY(create_text_file(folder / "estimates.csv", estimates));

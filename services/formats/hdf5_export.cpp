@@ -174,6 +174,12 @@ Result<void> write_all(Hdf5File& file, store::Store& store, const Session& sessi
   std::size_t number = 0;
   for (const auto& estimate : store::newest_estimates(session))
     TONUS_TRY(write_estimate(file, estimate, ++number));
+  number = 0;
+  for (const auto& note : session.notes) {
+    const std::string group = fmt::format("/notes/{:03}", ++number);
+    TONUS_TRY(file.make_group(group));
+    TONUS_TRY(set_attributes(file, group, note_attributes(), NoteRow{session, note.value}));
+  }
   if (progress) progress(session.trials.size(), session.trials.size());
   return file.finish();
 }

@@ -74,10 +74,26 @@ Result<void> Ledger::check(const Record& record) const {
       r != nullptr && r->block >= state_.rejections.size()) {
     return misfit(fmt::format("no set {}", r->block));
   }
+  if (const auto* r = std::get_if<record::Reviewed>(&record)) return check(*r);
+  return {};
+}
+
+Result<void> Ledger::check(const record::Reviewed& reviewed) const {
+  const auto counted = state_.counted_trials.find(reviewed.attempt);
+  if (counted == state_.counted_trials.end() || counted->second != reviewed.planned_index)
+    return misfit(fmt::format("attempt {} is rejected by hand, but does not count", reviewed.attempt));
+  const auto& left = state_.remaining[state_.plan.trials[reviewed.planned_index].block];
+  if (reviewed.place != record::Rejected::kSetAside &&
+      (reviewed.place < 0 || reviewed.place > static_cast<int>(left.size())))
+    return misfit(fmt::format("place {} for a repeat, allowed are 0 to {}", reviewed.place, left.size()));
   return {};
 }
 
 void Ledger::find_block() {
+  if (state_.last_block && !state_.remaining[*state_.last_block].empty()) {
+    state_.block = *state_.last_block;
+    return;
+  }
   state_.block = 0;
   while (state_.block < state_.remaining.size() && state_.remaining[state_.block].empty()) ++state_.block;
 }
@@ -92,7 +108,8 @@ void Ledger::take(const record::Commanded& commanded) {
   state_.in_flight = commanded.program;
   state_.attempts = commanded.program.attempt();
   ++state_.runs[index];
-  auto& left = state_.remaining[state_.plan.trials[index].block];
+  state_.last_block = state_.plan.trials[index].block;
+  auto& left = state_.remaining[*state_.last_block];
   left.erase(std::find(left.begin(), left.end(), index));
   find_block();
 }
@@ -110,6 +127,7 @@ void Ledger::take(const record::Counted& counted) {
   const protocol::Block& block =
       state_.plan.blocks[state_.plan.trials[state_.in_flight->planned_index()].block];
   if (block.set_number == 1) state_.set_one[block.posture_index].insert(counted.attempt);
+  state_.counted_trials[counted.attempt] = state_.in_flight->planned_index();
   ++state_.counted;
   settle(counted.duration, true);
 }
@@ -142,7 +160,7 @@ void Ledger::take(const record::AxesFixed& fixed) {
 }
 
 void Ledger::take(const record::PostureConfirmed& confirmed) {
-  state_.confirmed_postures.insert(confirmed.posture_index);
+  state_.confirmed_postures = {confirmed.posture_index};
 }
 
 void Ledger::take(const record::LimitRaised& raised) { state_.rejections[raised.block] = 0; }
@@ -162,5 +180,34 @@ void Ledger::take(const record::Answered& answered) {
 }
 
 void Ledger::take(const record::Ended& ended) { state_.ended = ended; }
+
+void Ledger::take(const record::Reviewed& reviewed) {
+  const std::uint32_t block = state_.plan.trials[reviewed.planned_index].block;
+  state_.counted_trials.erase(reviewed.attempt);
+  state_.set_one[state_.plan.blocks[block].posture_index].erase(reviewed.attempt);
+  --state_.counted;
+  ++state_.rejected;
+  if (reviewed.place == record::Rejected::kSetAside) {
+    ++state_.set_aside;
+  } else {
+    auto& left = state_.remaining[block];
+    left.insert(left.begin() + reviewed.place, reviewed.planned_index);
+    state_.expected_remaining += state_.plan.trials[reviewed.planned_index].duration;
+  }
+  state_.reviews.push_back(reviewed);
+  const auto before = next_posture();
+  find_block();
+  // The hand may be on its way to where the session was about to go: who goes back is asked again.
+  const auto after = next_posture();
+  const bool is_hand_there = state_.in_flight && state_.in_flight->posture_index() == after;
+  if (before != after && !is_hand_there) state_.confirmed_postures.clear();
+}
+
+void Ledger::take(const record::Noted& noted) { state_.notes.push_back(noted); }
+
+std::optional<std::uint32_t> Ledger::next_posture() const {
+  if (state_.block >= state_.plan.blocks.size()) return std::nullopt;
+  return state_.plan.blocks[state_.block].posture_index;
+}
 
 }  // namespace tonus::scheduler

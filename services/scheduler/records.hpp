@@ -25,6 +25,10 @@ struct Started {
   std::uint64_t seed = 0;
   std::string started_at;  ///< ISO 8601, UTC.
   std::string software_version;
+  v1::SubjectFacts subject_facts;
+  std::string operator_name;
+  std::string study;
+  bool is_pilot = false;
 };
 
 /// The rig that runs the session, and its handle's home in R, m.
@@ -100,15 +104,38 @@ struct Ended {
   std::string message;
 };
 
+/// An operator has rejected a trial that had been counted. `place` as in Rejected.
+struct Reviewed {
+  std::uint32_t attempt = 0;
+  std::uint32_t planned_index = 0;
+  std::int32_t place = 0;
+  std::string reason;
+  std::string reviewed_by;
+  std::uint64_t reviewed_ns = 0;  ///< UTC.
+};
+
+/// What an operator has noted; the fields of v1::SessionNote.
+struct Noted {
+  Id note_id = kNoId;
+  Id trial_id = kNoId;
+  std::string kind;
+  std::string text;
+  std::string written_by;
+  std::uint64_t written_ns = 0;
+  bool has_rig_clock = false;
+  std::int64_t rig_clock_ns = 0;
+  std::uint64_t epoch = 0;
+};
+
 }  // namespace tonus::scheduler::record
 
 namespace tonus::scheduler {
 
 /// The order of the alternatives is the file's type number: append only.
-using Record =
-    std::variant<record::Started, record::Bound, record::Commanded, record::Counted, record::Rejected,
-                 record::Refused, record::Receipted, record::AxesFixed, record::PostureConfirmed,
-                 record::LimitRaised, record::Requested, record::Answered, record::Ended>;
+using Record = std::variant<record::Started, record::Bound, record::Commanded, record::Counted,
+                            record::Rejected, record::Refused, record::Receipted, record::AxesFixed,
+                            record::PostureConfirmed, record::LimitRaised, record::Requested,
+                            record::Answered, record::Ended, record::Reviewed, record::Noted>;
 
 /// Records as one run of octets (plain CDR, little endian), and back. kDataLoss where octets are no records.
 [[nodiscard]] Result<std::string> encode_records(const std::vector<Record>& records);
