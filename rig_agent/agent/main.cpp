@@ -143,6 +143,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   if (!bus) return bus.error();
   auto samples = (*bus)->create_writer(topics::kRigSamples.spec);
   if (!samples) return samples.error();
+  TONUS_TRY_ASSIGN(auto auxiliary, (*bus)->create_writer(topics::kRigAuxiliary.spec));
   auto endpoints = rig::AgentEndpoints::create(**bus, notifier);
   if (!endpoints) return endpoints.error();
   auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_RIG, common, notifier);
@@ -150,9 +151,10 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   TONUS_TRY(runtime::listen_for_others(*health, common, clock, *notifier, stop));
 
   const std::uint64_t epoch = clock.utc_ns();
-  rig::Publisher::Options publishing{.rig = rig->names().id, .epoch = epoch};
+  rig::Publisher::Options publishing{
+      .rig = rig->names().id, .epoch = epoch, .auxiliary_values = rig->loop().auxiliary_values()};
   if (!rig_options.is_paced()) publishing.patience = std::chrono::seconds(2);
-  rig::Publisher publisher(publishing, *spool, std::move(*samples), clock);
+  rig::Publisher publisher(publishing, *spool, std::move(*samples), std::move(auxiliary), clock);
   rig::Lease lease(rig->names().id, epoch);
   rig::StopRequests stops;
   TONUS_TRY_ASSIGN(auto safety_bus, runtime::open_bus(common, std::string(kProgram) + " stop"));
