@@ -93,6 +93,7 @@ DriverStatus Replay::read(Reading& reading) noexcept {
 
 // Of the row that the last read() gave; a recording has one row a cycle, so that all its values are due.
 void Replay::read_auxiliary(std::span<const std::uint32_t> /*counts*/, std::span<float> values) noexcept {
+  if (!is_active_ || next_ == 0) return;
   const std::size_t first = (next_ - 1) * values.size();
   std::copy_n(recording_.auxiliary.begin() + static_cast<std::ptrdiff_t>(first), values.size(),
               values.begin());
