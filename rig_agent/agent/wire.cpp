@@ -21,6 +21,16 @@ static_assert(static_cast<int>(Phase::kSafe) == v1::PHASE_SAFE);
 std::array<double, 2> pair(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 Eigen::Vector2d vector(const std::array<double, 2>& a) { return {a[0], a[1]}; }
 
+v1::AuxiliaryChannel to_wire(const AuxiliaryChannel& channel, double sample_rate) {
+  v1::AuxiliaryChannel wire;
+  wire.name(channel.name);
+  wire.type(channel.type);
+  wire.unit(channel.unit);
+  wire.unit_per_value(channel.unit_per_value);
+  wire.values_per_sample(values_per_sample(channel, sample_rate));
+  return wire;
+}
+
 }  // namespace
 
 v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) {
@@ -41,6 +51,9 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.resumes_unattended(names.resumes_unattended);
   wire.watchdog_s(names.watchdog);
   wire.limits_off(names.limits_off);
+  for (const auto& channel : names.auxiliary_channels)
+    wire.auxiliary_channels().push_back(to_wire(channel, names.sample_rate));
+  wire.marks_onset(names.marks_onset);
   if (names.limits) {
     v1::RigLimits limits;
     limits.workspace_centre_m(pair(names.limits->workspace_centre));
@@ -54,6 +67,7 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
 control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t number) {
   control::TrialProgram program;
   program.number = number;
+  if (wire.kind() == v1::TRIAL_CONTRACTION) program.kind = control::TrialKind::kContraction;
   program.posture = vector(wire.posture_m());
   program.instruction = control::InstructionName(wire.instruction().data(), wire.instruction().size());
   program.shoulder = contract::shoulder_of(wire);
