@@ -5,6 +5,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/impedance/uncertainty.hpp"
 #include "analysis_service/impedance/verdict.hpp"
 #include "analysis_service/spectral/identification.hpp"
 
@@ -160,9 +161,14 @@ void set_centre(std::span<const Trial* const> trials, const Eigen::MatrixXd& K, 
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(axes);
   for (const auto& part : parts) mean += part / static_cast<double>(parts.size());
   Eigen::VectorXd square = Eigen::VectorXd::Zero(axes);
-  for (const auto& part : parts) square += (part - mean).cwiseAbs2();
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(axes, axes);
+  for (const auto& part : parts) {
+    square += (part - mean).cwiseAbs2();
+    products += (part - mean) * (part - mean).transpose();
+  }
   const auto count = static_cast<double>(parts.size());
   estimate.value.X0 = mean;
+  estimate.X0_covariance = products / (count * (count - 1.0));
   estimate.std.X0 = (square / (count * (count - 1.0))).cwiseSqrt();
   estimate.low.X0 = estimate.value.X0 - t95 * estimate.std.X0;
   estimate.high.X0 = estimate.value.X0 + t95 * estimate.std.X0;
@@ -248,6 +254,22 @@ std::string text_of(const std::vector<spectral::Compared>& compared) {
   return text;
 }
 
+/// The intervals' own t95 states the degrees of freedom: blocks - 1.
+void set_spectral_uncertainty(const spectral::Estimate& found, Estimate& estimate) {
+  const Eigen::Index size = Eigen::Index{found.axes} * found.axes;
+  const double freedom = std::max(1, found.blocks - 1);
+  Eigen::Index first = 0;
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K}) {
+    const Eigen::MatrixXd covariance = found.covariance.block(first, first, size, size);
+    const SpreadOf spread_of = [&](const Eigen::Vector4d& weights) {
+      const Eigen::VectorXd own = weights.head(size);
+      return CombinationSpread{std::sqrt(std::max(0.0, own.dot(covariance * own))), freedom};
+    };
+    set_uncertainty(matrix, covariance, spread_of, freedom, estimate);
+    first += size;
+  }
+}
+
 }  // namespace
 
 void identify_records(std::span<const Trial* const> trials, Model model, Estimate& estimate) {
@@ -279,6 +301,7 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
     estimate.low.*matrix = estimate.value.*matrix - found.t95 * estimate.std.*matrix;
     estimate.high.*matrix = estimate.value.*matrix + found.t95 * estimate.std.*matrix;
   }
+  set_spectral_uncertainty(found, estimate);
   set_centre(trials, static_stiffness(found), found.t95, estimate);
   for (const spectral::Parameter& parameter : found.parameters)
     estimate.parameters.push_back(parameter_of(parameter, found.axes, found.t95));

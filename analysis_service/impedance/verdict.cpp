@@ -161,6 +161,8 @@ std::string_view name_of(Reason reason) {
       return "asymmetric_mass";
     case Reason::kAtBound:
       return "at_bound";
+    case Reason::kMethodsDiffer:
+      return "methods_differ";
   }
   return "unknown";
 }
@@ -172,6 +174,12 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
   };
   if (failure) estimate.reasons.push_back(*failure);
   if (!failure) check_symmetry(estimate);
+  if (diagnosis.cross_check && !failure) {
+    const CrossCheck& check = *diagnosis.cross_check;
+    estimate.checks.push_back({FitTest::kCrossCheck, check.value, kLargestDifference, check.is_passed()});
+    add(!check.is_passed(), Reason::kMethodsDiffer);
+    if (!check.is_passed()) estimate.details[Reason::kMethodsDiffer] = check.detail;
+  }
   add(diagnosis.is_force_collinear, Reason::kCollinearForce);
   add(diagnosis.is_force_shifted, Reason::kForceShifted);
   add(diagnosis.is_force_clipped, Reason::kClippedForce);
@@ -179,6 +187,8 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.status = Status::kUndetermined;
     estimate.value = estimate.std = estimate.low = estimate.high = {};
     estimate.covariance.resize(0, 0);
+    estimate.uncertainty = {};
+    estimate.X0_covariance.resize(0, 0);
     estimate.parameters.clear();
     estimate.trace.clear();
     estimate.settling_time.reset();

@@ -163,6 +163,15 @@ constexpr Explanation kEstimateReasons[] = {
      "and "
      "stiffness.",
      "Use another model, or a band in which model linear passes; look at the reasons of --model auto."},
+    {"methods_differ",
+     "Suspect: methods refined and state_variable, the latter less its known bias, differ in an element by "
+     "more than their joint 95 % intervals. They see the same noise and make different use of the motion: on "
+     "an arm that M, B, K describe they agree.",
+     "The arm or its grip is not what the model says (slack, hardening, a reflex); the command is not what "
+     "moved the hand; single trials are far from the others.",
+     "Read the other reasons and the verdicts of the last trials; tighten the grip; look at a trial's "
+     "traces. "
+     "If only this reason stands, measure more trials."},
     {"no_command",
      "Undetermined: method refined needs the commanded displacement, and the trials do not have it.",
      "A dataset without the channels xc and yc; a driver that does not report its command.",

@@ -301,7 +301,9 @@ constexpr std::array kEstimateColumns{
         [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.trials_used()); }},
     CsvColumn<EstimateRow>{"quantity", "",
                            "M mass, B damping, K stiffness, X0 spring centre, sigma fitting error, "
-                           "explained_share, lag (of the force), band, independent_units",
+                           "explained_share, lag (of the force), band, independent_units; M_size, M_shape, "
+                           "M_orientation, M_curl of the ellipse; M_known_bias of the method; M_covariance: "
+                           "row and column count the elements xx, xy, yx, yy; B and K likewise",
                            [](const EstimateRow& row, CsvLine& line) { line.text(row.quantity); }},
     CsvColumn<EstimateRow>{"row", "", "of the element, from 1",
                            [](const EstimateRow& row, CsvLine& line) { line.whole(row.row + 1); }},

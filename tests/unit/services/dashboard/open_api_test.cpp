@@ -52,6 +52,8 @@ v1::Estimate estimate(std::uint32_t axes, v1::EstimateStatus status) {
     e.band_high_Hz(20.0);
     e.explained_share(0.9);
     e.compared_models("friction beside linear");
+    e.prior("session 1");
+    e.mass_kg().known_bias().fill(0.1);
     v1::ModelParameter parameter;
     parameter.name("friction");
     parameter.unit("N");
