@@ -21,16 +21,6 @@ static_assert(static_cast<int>(Phase::kSafe) == v1::PHASE_SAFE);
 std::array<double, 2> pair(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 Eigen::Vector2d vector(const std::array<double, 2>& a) { return {a[0], a[1]}; }
 
-v1::AuxiliaryChannel to_wire(const AuxiliaryChannel& channel, double sample_rate) {
-  v1::AuxiliaryChannel wire;
-  wire.name(channel.name);
-  wire.type(channel.type);
-  wire.unit(channel.unit);
-  wire.unit_per_value(channel.unit_per_value);
-  wire.values_per_sample(values_per_sample(channel, sample_rate));
-  return wire;
-}
-
 }  // namespace
 
 v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) {
@@ -51,8 +41,7 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.resumes_unattended(names.resumes_unattended);
   wire.watchdog_s(names.watchdog);
   wire.limits_off(names.limits_off);
-  for (const auto& channel : names.auxiliary_channels)
-    wire.auxiliary_channels().push_back(to_wire(channel, names.sample_rate));
+  contract::put_auxiliary_channels(names.auxiliary_channels, wire);
   wire.marks_onset(names.marks_onset);
   if (names.limits) {
     v1::RigLimits limits;

@@ -66,12 +66,21 @@ SampleMessage rig_description() {
   d.calibrated_at("2026-03-01");
   d.calibrated_by("somebody");
   d.calibration_toml("step = 1\n");
+  v1::AuxiliaryChannel channel;
+  channel.name("ElbowFlexor");
+  channel.type("EMG");
+  channel.values_per_sample(2);
+  d.auxiliary_channels({channel, channel});
+  d.marks_onset(true);
   return message(topics::kRigDescription, d,
                  {{"kind", "2"},
                   {"encoder_sign.1", "-1"},
                   {"force_calibration_N_per_V.3", "4"},
                   {"force_unit", "N m"},
-                  {"calibration_toml", "step = 1\n"}});
+                  {"calibration_toml", "step = 1\n"},
+                  {"auxiliary_channels.1.name", "ElbowFlexor"},
+                  {"auxiliary_channels.1.values_per_sample", "2"},
+                  {"marks_onset", "true"}});
 }
 
 SampleMessage rig_state() {
@@ -117,6 +126,23 @@ SampleMessage rig_samples() {
                   {"samples.2.encoder_count.0", "-7"},
                   {"samples.2.phase", "7"},
                   {"samples.2.flags", "3"}});
+}
+
+SampleMessage rig_auxiliary() {
+  v1::AuxiliaryBlock b;
+  b.rig_id(key(37));
+  b.epoch(5);
+  b.first_sequence(40);
+  b.sample_count(2);
+  b.is_resent(true);
+  b.values({0.5F, -0.25F, 1.0F, 2.0F});
+  return message(topics::kRigAuxiliary, b,
+                 {{"first_sequence", "40"},
+                  {"sample_count", "2"},
+                  {"is_resent", "true"},
+                  {"values.length", "4"},
+                  {"values.1", "-0.25"},
+                  {"values.3", "2"}});
 }
 
 SampleMessage rig_timing() {
@@ -233,13 +259,38 @@ SampleMessage trial_verdict() {
   v.detail("two reasons");
   v.rest_force_N(0.125);
   v.missing_samples(4294967295U);
+  v1::MuscleActivity muscle;
+  muscle.channel("ElbowFlexor");
+  muscle.is_normalised(true);
+  muscle.before_onset(0.0625);
+  v.muscles({muscle});
+  v.co_contraction(0.5);
   return message(topics::kTrialVerdict, v,
                  {{"is_valid", "true"},
                   {"reasons.length", "2"},
                   {"reasons.0", "6"},
                   {"reasons.1", "9"},
                   {"rest_force_N", "0.125"},
-                  {"missing_samples", "4294967295"}});
+                  {"missing_samples", "4294967295"},
+                  {"muscles.0.channel", "ElbowFlexor"},
+                  {"muscles.0.before_onset", "0.0625"},
+                  {"co_contraction", "0.5"}});
+}
+
+SampleMessage trial_review() {
+  v1::TrialReview r;
+  r.trial_id(key(38));
+  r.attempt(6);
+  r.is_rejected(true);
+  r.reason("coughed");
+  r.reviewed_by("Ada");
+  r.reviewed_ns(11);
+  return message(topics::kTrialReview, r,
+                 {{"attempt", "6"},
+                  {"is_rejected", "true"},
+                  {"reason", "coughed"},
+                  {"reviewed_by", "Ada"},
+                  {"reviewed_ns", "11"}});
 }
 
 v1::Estimate estimate() {
@@ -342,6 +393,22 @@ SampleMessage session_reply() {
   return message(topics::kSessionReply, r, {{"is_done", "true"}, {"message", "80 trials planned"}});
 }
 
+SampleMessage session_note() {
+  v1::SessionNote n;
+  n.note_id(key(39));
+  n.kind("marker");
+  n.text("music");
+  n.written_by("Ada");
+  n.has_rig_clock(true);
+  n.rig_clock_ns(-4);
+  return message(topics::kSessionNote, n,
+                 {{"kind", "marker"},
+                  {"text", "music"},
+                  {"written_by", "Ada"},
+                  {"has_rig_clock", "true"},
+                  {"rig_clock_ns", "-4"}});
+}
+
 SampleMessage session_cue() {
   v1::SessionCue c;
   c.session_id(key(23));
@@ -436,6 +503,7 @@ std::vector<SampleMessage> sample_messages() {
   return {rig_description(),
           rig_state(),
           rig_samples(),
+          rig_auxiliary(),
           rig_timing(),
           flight_record(),
           rig_command(),
@@ -443,12 +511,14 @@ std::vector<SampleMessage> sample_messages() {
           trial_command(),
           trial_outcome(),
           trial_verdict(),
+          trial_review(),
           message(topics::kEstimateLive, estimate(), estimate_facts()),
           message(topics::kEstimateCondition, estimate(), estimate_facts()),
           session_plan(),
           session_state(),
           session_command(),
           session_reply(),
+          session_note(),
           session_cue(),
           archive_receipt(),
           archive_resend(),
