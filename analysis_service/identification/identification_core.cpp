@@ -181,7 +181,9 @@ Clock::TimePoint IdentificationCore::next_due(Clock::TimePoint now) const {
   Clock::TimePoint due = assembler_.next_due();
   for (const Held& held : held_) {
     if (!must_wait(held.trial)) return now;
-    due = std::min({due, held.due, std::max(now, held.ask_at)});
+    due = std::min(due, held.due);
+    const bool waits_for_values = rig_of(held.trial.report.plan) != nullptr;
+    if (waits_for_values) due = std::min(due, std::max(now, held.ask_at));
   }
   if (has_live_news_) due = std::min(due, std::max(now, live_due()));
   return due;
