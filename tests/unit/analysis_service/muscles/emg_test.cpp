@@ -102,7 +102,7 @@ TEST(Emg, CoContractionIsOneWhereBothActAlikeAndNoneWhereOneActs) {
   const std::vector<double> none(100, 0.0);
   EXPECT_DOUBLE_EQ(co_contraction(one, one), 1.0);
   EXPECT_DOUBLE_EQ(co_contraction(one, none), 0.0);
-  EXPECT_DOUBLE_EQ(co_contraction(one, half), 2.0 * 0.1 / 0.3);
+  EXPECT_NEAR(co_contraction(one, half), 2.0 * 0.1 / 0.3, 1e-12);
   EXPECT_TRUE(std::isnan(co_contraction(none, none)));
   EXPECT_TRUE(std::isnan(co_contraction(one, std::vector<double>(99, 0.2))));
 }

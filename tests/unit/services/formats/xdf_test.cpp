@@ -253,8 +253,8 @@ TEST_F(XdfExport, HasAStreamForEachAuxiliaryChannelAtItsOwnRate) {
   ASSERT_THAT(file.streams, SizeIs(4));
   std::map<std::string, const Xdf::Stream*> streams;
   for (const auto& stream : file.streams) streams[stream.info.name] = &stream;
-  ASSERT_TRUE(streams.contains("ElbowFlexor"));
-  const auto& emg = *streams["ElbowFlexor"];
+  ASSERT_TRUE(streams.contains("tonus ElbowFlexor"));
+  const auto& emg = *streams["tonus ElbowFlexor"];
   EXPECT_EQ(emg.info.type, "EMG");
   EXPECT_EQ(emg.info.nominal_srate, 400.0);
   EXPECT_EQ(emg.info.channels.at(0).at("unit"), "mV");
@@ -265,8 +265,8 @@ TEST_F(XdfExport, HasAStreamForEachAuxiliaryChannelAtItsOwnRate) {
   EXPECT_NEAR(emg.time_stamps[1], instant, 1e-9);
   EXPECT_EQ(emg.time_series[0][1], 0.5F * made_up::auxiliary_value(0, 1000, 1));
   EXPECT_EQ(emg.time_series[0][100], 0.5F * made_up::auxiliary_value(0, 1100, 0));
-  ASSERT_TRUE(streams.contains("Onset"));
-  EXPECT_EQ(streams["Onset"]->time_stamps.size(), 16U * 650U - 50U);
+  ASSERT_TRUE(streams.contains("tonus Onset"));
+  EXPECT_EQ(streams["tonus Onset"]->time_stamps.size(), 16U * 650U - 50U);
 }
 
 TEST_F(XdfExport, WithoutSamplesLeavesNothingAndSaysSo) {
