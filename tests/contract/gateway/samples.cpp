@@ -66,21 +66,12 @@ SampleMessage rig_description() {
   d.calibrated_at("2026-03-01");
   d.calibrated_by("somebody");
   d.calibration_toml("step = 1\n");
-  v1::AuxiliaryChannel channel;
-  channel.name("ElbowFlexor");
-  channel.type("EMG");
-  channel.values_per_sample(2);
-  d.auxiliary_channels({channel, channel});
-  d.marks_onset(true);
   return message(topics::kRigDescription, d,
                  {{"kind", "2"},
                   {"encoder_sign.1", "-1"},
                   {"force_calibration_N_per_V.3", "4"},
                   {"force_unit", "N m"},
-                  {"calibration_toml", "step = 1\n"},
-                  {"auxiliary_channels.1.name", "ElbowFlexor"},
-                  {"auxiliary_channels.1.values_per_sample", "2"},
-                  {"marks_onset", "true"}});
+                  {"calibration_toml", "step = 1\n"}});
 }
 
 SampleMessage rig_state() {
@@ -135,14 +126,13 @@ SampleMessage rig_auxiliary() {
   b.first_sequence(40);
   b.sample_count(2);
   b.is_resent(true);
-  b.values({0.5F, -0.25F, 1.0F, 2.0F});
+  b.values({0.25F, -1.5F, 3.0F, 4.0F});
   return message(topics::kRigAuxiliary, b,
                  {{"first_sequence", "40"},
                   {"sample_count", "2"},
                   {"is_resent", "true"},
                   {"values.length", "4"},
-                  {"values.1", "-0.25"},
-                  {"values.3", "2"}});
+                  {"values.1", "-1.5"}});
 }
 
 SampleMessage rig_timing() {
@@ -259,38 +249,30 @@ SampleMessage trial_verdict() {
   v.detail("two reasons");
   v.rest_force_N(0.125);
   v.missing_samples(4294967295U);
-  v1::MuscleActivity muscle;
-  muscle.channel("ElbowFlexor");
-  muscle.is_normalised(true);
-  muscle.before_onset(0.0625);
-  v.muscles({muscle});
-  v.co_contraction(0.5);
   return message(topics::kTrialVerdict, v,
                  {{"is_valid", "true"},
                   {"reasons.length", "2"},
                   {"reasons.0", "6"},
                   {"reasons.1", "9"},
                   {"rest_force_N", "0.125"},
-                  {"missing_samples", "4294967295"},
-                  {"muscles.0.channel", "ElbowFlexor"},
-                  {"muscles.0.before_onset", "0.0625"},
-                  {"co_contraction", "0.5"}});
+                  {"missing_samples", "4294967295"}});
 }
 
 SampleMessage trial_review() {
   v1::TrialReview r;
   r.trial_id(key(38));
-  r.attempt(6);
+  r.attempt(7);
+  r.posture_index(2);
   r.is_rejected(true);
-  r.reason("coughed");
-  r.reviewed_by("Ada");
-  r.reviewed_ns(11);
+  r.reason("the subject spoke");
+  r.reviewed_by("contract test");
+  r.reviewed_ns(18446744073709551615ULL);
   return message(topics::kTrialReview, r,
-                 {{"attempt", "6"},
+                 {{"attempt", "7"},
+                  {"posture_index", "2"},
                   {"is_rejected", "true"},
-                  {"reason", "coughed"},
-                  {"reviewed_by", "Ada"},
-                  {"reviewed_ns", "11"}});
+                  {"reason", "the subject spoke"},
+                  {"reviewed_ns", "18446744073709551615"}});
 }
 
 v1::Estimate estimate() {
@@ -397,16 +379,17 @@ SampleMessage session_note() {
   v1::SessionNote n;
   n.note_id(key(39));
   n.kind("marker");
-  n.text("music");
-  n.written_by("Ada");
+  n.text("cuff on");
+  n.written_by("contract test");
   n.has_rig_clock(true);
-  n.rig_clock_ns(-4);
+  n.rig_clock_ns(-5);
+  n.epoch(6);
   return message(topics::kSessionNote, n,
                  {{"kind", "marker"},
-                  {"text", "music"},
-                  {"written_by", "Ada"},
+                  {"text", "cuff on"},
                   {"has_rig_clock", "true"},
-                  {"rig_clock_ns", "-4"}});
+                  {"rig_clock_ns", "-5"},
+                  {"epoch", "6"}});
 }
 
 SampleMessage session_cue() {
@@ -503,7 +486,6 @@ std::vector<SampleMessage> sample_messages() {
   return {rig_description(),
           rig_state(),
           rig_samples(),
-          rig_auxiliary(),
           rig_timing(),
           flight_record(),
           rig_command(),
@@ -511,14 +493,12 @@ std::vector<SampleMessage> sample_messages() {
           trial_command(),
           trial_outcome(),
           trial_verdict(),
-          trial_review(),
           message(topics::kEstimateLive, estimate(), estimate_facts()),
           message(topics::kEstimateCondition, estimate(), estimate_facts()),
           session_plan(),
           session_state(),
           session_command(),
           session_reply(),
-          session_note(),
           session_cue(),
           archive_receipt(),
           archive_resend(),
@@ -529,7 +509,10 @@ std::vector<SampleMessage> sample_messages() {
           clock_offset(),
           rig_stop(),
           rig_stopped(),
-          rig_lease()};
+          rig_lease(),
+          rig_auxiliary(),
+          trial_review(),
+          session_note()};
 }
 
 }  // namespace tonus::testing
