@@ -22,11 +22,12 @@ IdentificationCore::IdentificationCore(const CoreSettings& settings)
       live_budget_(kLiveBudget) {}
 
 void IdentificationCore::set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate,
-                                 bool is_rotary) {
-  rigs_[rig] = {geometry, sample_rate, is_rotary};
+                                 bool is_rotary, std::vector<AuxiliaryChannel> channels) {
+  rigs_[rig] = {geometry, sample_rate, is_rotary, std::move(channels)};
 }
 
-void IdentificationCore::set_session(const Id& session) {
+void IdentificationCore::set_session(const Id& session, const muscles::MuscleSettings& muscles) {
+  muscle_judge_.begin(muscles);
   if (session != session_) rejected_.clear();
   session_ = session;
   assembler_.set_session(session);
@@ -66,13 +67,13 @@ void IdentificationCore::follow() {
 
 IdentificationCore::Output IdentificationCore::advance(Clock::TimePoint now, bool is_rig_listening) {
   Output output;
-  settle_held(now, output);
+  settle_held(now, is_rig_listening, output);
   auto progress = assembler_.advance(now, is_rig_listening);
-  output.requests = std::move(progress.requests);
+  output.requests.insert(output.requests.end(), progress.requests.begin(), progress.requests.end());
   for (MeasuredTrial& trial : progress.finished) {
-    const bool needs_rig = trial.report.end == TrialEnd::kCompleted && rig_of(trial.report.plan) == nullptr;
-    if (needs_rig && held_.size() < settings_.trials_without_rig) {
-      held_.push_back({std::move(trial), now + settings_.rig_wait});
+    if (must_wait(trial) && held_.size() < settings_.trials_without_rig) {
+      const auto due = now + wait_of(trial);
+      held_.push_back({std::move(trial), due, now + settings_.auxiliary_retry});
     } else {
       settle(std::move(trial), output);
     }
@@ -84,9 +85,30 @@ IdentificationCore::Output IdentificationCore::advance(Clock::TimePoint now, boo
   return output;
 }
 
-void IdentificationCore::settle_held(Clock::TimePoint now, Output& output) {
+std::vector<SequenceRange> IdentificationCore::missing_auxiliary(const MeasuredTrial& trial) const {
+  const Rig* rig = rig_of(trial.report.plan);
+  const bool has_auxiliary = rig != nullptr && !rig->channels.empty() && !trial.rows.empty();
+  return has_auxiliary ? auxiliary_.missing(trial.report) : std::vector<SequenceRange>();
+}
+
+bool IdentificationCore::must_wait(const MeasuredTrial& trial) const {
+  if (trial.report.end != TrialEnd::kCompleted) return false;
+  return rig_of(trial.report.plan) == nullptr || !missing_auxiliary(trial).empty();
+}
+
+Clock::Duration IdentificationCore::wait_of(const MeasuredTrial& trial) const {
+  return rig_of(trial.report.plan) == nullptr ? settings_.rig_wait : settings_.auxiliary_wait;
+}
+
+void IdentificationCore::settle_held(Clock::TimePoint now, bool is_rig_listening, Output& output) {
   for (auto held = held_.begin(); held != held_.end();) {
-    if (rig_of(held->trial.report.plan) == nullptr && now < held->due) {
+    if (must_wait(held->trial) && now < held->due) {
+      if (now >= held->ask_at && is_rig_listening) {
+        const TrialReport& report = held->trial.report;
+        for (const SequenceRange& range : missing_auxiliary(held->trial))
+          output.requests.push_back({report.plan.rig, report.plan.trial, report.epoch, range});
+        held->ask_at = now + settings_.auxiliary_retry;
+      }
       ++held;
       continue;
     }
@@ -100,6 +122,14 @@ void IdentificationCore::settle(MeasuredTrial trial, Output& output) {
   const Rig* rig = rig_of(report.plan);
   const TrialJudge judge(settings_.judge.limits(rig != nullptr && rig->is_rotary));
   Verdict verdict = judge.judge(trial, rig != nullptr ? &rig->geometry : nullptr);
+  if (rig != nullptr && !rig->channels.empty() && !trial.rows.empty())
+    trial.auxiliary = auxiliary_.series_of(report, rig->channels);
+  auxiliary_.finish(report.plan.trial);
+  muscle_judge_.judge(trial, judge.limits(), verdict);
+  if (report.plan.kind == TrialKind::kContraction) {  // it enters no estimate
+    output.verdicts.push_back({report, std::move(verdict)});
+    return;
+  }
   bool is_kept = verdict.is_valid;
   if (verdict.is_valid) {
     const std::size_t onset =
@@ -149,7 +179,12 @@ Clock::TimePoint IdentificationCore::live_due() const {
 Clock::TimePoint IdentificationCore::next_due(Clock::TimePoint now) const {
   if (!settled_.empty() || !remarks_.empty() || next_condition()) return now;
   Clock::TimePoint due = assembler_.next_due();
-  for (const Held& held : held_) due = std::min(due, held.due);
+  for (const Held& held : held_) {
+    if (!must_wait(held.trial)) return now;
+    due = std::min(due, held.due);
+    const bool waits_for_values = rig_of(held.trial.report.plan) != nullptr;
+    if (waits_for_values) due = std::min(due, std::max(now, held.ask_at));
+  }
   if (has_live_news_) due = std::min(due, std::max(now, live_due()));
   return due;
 }

@@ -9,8 +9,10 @@
 #include <string>
 #include <vector>
 
+#include "analysis_service/identification/auxiliary_store.hpp"
 #include "analysis_service/identification/condition_book.hpp"
 #include "analysis_service/identification/live_estimator.hpp"
+#include "analysis_service/identification/muscle_judge.hpp"
 #include "analysis_service/identification/trial_assembler.hpp"
 #include "analysis_service/identification/trial_judge.hpp"
 
@@ -20,10 +22,12 @@ struct CoreSettings {
   AssemblerLimits assembler;
   JudgeChoice judge;
   BookSettings book;
-  impedance::Options live;                   ///< Of the estimates while a perturbation is under way.
-  double live_share = 0.1;                   ///< Of the time, the most that they may take; in (0, 1].
-  std::chrono::milliseconds rig_wait{5000};  ///< How long a trial waits for its rig's description.
-  std::size_t trials_without_rig = 64;       ///< How many do.
+  impedance::Options live;                         ///< Of the estimates while a perturbation is under way.
+  double live_share = 0.1;                         ///< Of the time, the most that they may take; in (0, 1].
+  std::chrono::milliseconds rig_wait{5000};        ///< How long a trial waits for its rig's description.
+  std::size_t trials_without_rig = 64;             ///< How many do.
+  std::chrono::milliseconds auxiliary_wait{3000};  ///< How long one waits for its auxiliary values.
+  std::chrono::milliseconds auxiliary_retry{200};  ///< Between two requests for them.
 };
 
 /// Everything that the service decides, without bus and clock: rows and reports in, verdicts, estimates and
@@ -36,16 +40,19 @@ class IdentificationCore {
  public:
   explicit IdentificationCore(const CoreSettings& settings);
 
-  /// `is_rotary`: its displacement is an angle, its force a torque.
-  void set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate, bool is_rotary = false);
+  /// `is_rotary`: its displacement is an angle, its force a torque. A trial of a rig with auxiliary channels
+  /// waits for their values, and is judged without what does not come.
+  void set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate, bool is_rotary = false,
+               std::vector<AuxiliaryChannel> channels = {});
   /// The session that is run now; everything of others is freed.
-  void set_session(const Id& session);
+  void set_session(const Id& session, const muscles::MuscleSettings& muscles = {});
   /// A trial is about to be run: its rows will be followed as they come.
   void expect(const TrialPlan& plan) { expected_ = plan; }
   /// A trial of the session that is run now was rejected by hand: whatever its verdict is or will be, it is
   /// left out of every estimate, and those of its condition come anew.
   void reject(const Id& trial, std::uint32_t attempt);
   void add(const RowBlock& block);
+  void add(const AuxiliaryRows& block) { auxiliary_.add(block); }
   void add(const TrialReport& report, Clock::TimePoint now) { assembler_.add(report, now); }
 
   struct Judged {
@@ -78,10 +85,12 @@ class IdentificationCore {
     RigGeometry geometry;
     double sample_rate = 0.0;
     bool is_rotary = false;
+    std::vector<AuxiliaryChannel> channels;
   };
   struct Held {
     MeasuredTrial trial;
     Clock::TimePoint due;
+    Clock::TimePoint ask_at;  // for auxiliary values
   };
   struct Settled {
     MeasuredTrial trial;
@@ -90,7 +99,10 @@ class IdentificationCore {
 
   void follow();
   void settle(MeasuredTrial trial, Output& output);
-  void settle_held(Clock::TimePoint now, Output& output);
+  void settle_held(Clock::TimePoint now, bool is_rig_listening, Output& output);
+  [[nodiscard]] bool must_wait(const MeasuredTrial& trial) const;
+  [[nodiscard]] Clock::Duration wait_of(const MeasuredTrial& trial) const;
+  [[nodiscard]] std::vector<SequenceRange> missing_auxiliary(const MeasuredTrial& trial) const;
   void settle_live();
   [[nodiscard]] const Rig* rig_of(const TrialPlan& plan) const;
   [[nodiscard]] std::optional<Condition> next_condition() const;
@@ -102,6 +114,8 @@ class IdentificationCore {
   Id session_{};
   std::set<std::uint32_t> rejected_;  // attempts of the session, by hand
   LiveEstimator live_;
+  AuxiliaryStore auxiliary_;
+  MuscleJudge muscle_judge_;
   std::map<Id, Rig> rigs_;
   std::deque<Held> held_;
   std::vector<Settled> settled_;  // whose verdicts are out; not yet told to the live estimates

@@ -9,6 +9,7 @@
 
 #include "services/contract/sequence.hpp"
 #include "services/core/id.hpp"
+#include "services/mechanics/auxiliary_series.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 /// What was measured in a trial, in the terms of this service: free of the wire's types.
@@ -46,9 +47,23 @@ struct RowBlock {
   std::span<const Row> rows;
 };
 
+/// What the auxiliary channels gave during rows first_sequence .. first_sequence + rows - 1, row by row, in
+/// each by channel. The values belong to whoever made the block.
+struct AuxiliaryRows {
+  Id rig{};
+  Id trial{};  ///< kNoId outside a trial.
+  std::uint64_t epoch = 0;
+  std::uint64_t first_sequence = 0;
+  std::uint32_t rows = 0;
+  std::span<const float> values;
+
+  [[nodiscard]] SequenceRange range() const { return {first_sequence, first_sequence + rows}; }
+};
+
 enum class TrialKind : std::uint8_t {
   kPerturbation,  ///< One perturbation from rest.
   kRecording,     ///< The whole of a replayed continuous record.
+  kContraction,   ///< The subject contracts, the handle is still: the reference of muscle activity.
 };
 
 /// How the rig says that a trial ended.
@@ -101,7 +116,8 @@ struct TrialReport {
 struct MeasuredTrial {
   TrialReport report;
   std::vector<Row> rows;
-  std::uint64_t missing_rows = 0;  ///< Lost ones, those missing in a replayed recording not counted.
+  std::vector<AuxiliarySeries> auxiliary;  ///< During the rows; empty: the rig describes none.
+  std::uint64_t missing_rows = 0;          ///< Lost ones, those missing in a replayed recording not counted.
   std::uint32_t resend_requests = 0;
 };
 

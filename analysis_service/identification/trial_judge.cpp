@@ -61,8 +61,11 @@ class Findings {
     std::sort(defects_.begin(), defects_.end());
     defects_.erase(std::unique(defects_.begin(), defects_.end()), defects_.end());
     const bool is_valid = defects_.empty();
-    return {is_valid, std::move(defects_), is_valid ? std::move(detail_if_valid) : std::move(detail_),
-            measured};
+    return {is_valid,
+            std::move(defects_),
+            is_valid ? std::move(detail_if_valid) : std::move(detail_),
+            measured,
+            {}};
   }
 
  private:
@@ -297,6 +300,8 @@ std::string_view name_of(Defect defect) {
       return "unknown rig";
     case Defect::kLetGo:
       return "let go";
+    case Defect::kMusclesActive:
+      return "muscles active";
   }
   return "unknown";
 }
@@ -315,7 +320,8 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
         defect, fmt::format("{}{}{}", name_of(report.end), report.detail.empty() ? "" : ", ", report.detail));
     return std::move(findings).verdict(measured, {});
   }
-  const bool has_onset = report.range.contains(report.onset);
+  const bool is_contraction = report.plan.kind == TrialKind::kContraction;
+  const bool has_onset = is_contraction || report.range.contains(report.onset);
   if (trial.rows.empty() || !(report.sample_rate > 0.0) || (!is_recording && !has_onset)) {
     findings.add(Defect::kGap,
                  fmt::format("rows {} to {}, onset {}, at {} Hz cannot be put together", report.range.first,
@@ -323,9 +329,10 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
     return std::move(findings).verdict(measured, {});
   }
 
-  const auto onset = is_recording ? 0 : static_cast<std::size_t>(report.onset - report.range.first);
+  const bool is_whole = is_recording || is_contraction;
+  const auto onset = is_whole ? 0 : static_cast<std::size_t>(report.onset - report.range.first);
   Section judged{0, trial.rows.size()};
-  if (!is_recording) {
+  if (!is_whole) {
     judged = {rest_before(trial.rows, onset, rows_of(limits_.rest, report.sample_rate)).first,
               perturbation_from(trial.rows, onset).end};
   }
@@ -335,7 +342,7 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
   measured.missing_rows = missing_rows(trial.rows, report.sample_rate);
 
   findings.add_if(
-      measured.saturated_rows > 0, Defect::kSaturated,
+      measured.saturated_rows > 0 && !is_contraction, Defect::kSaturated,
       fmt::format("{} rows with the force sensor at its limit, allowed none", measured.saturated_rows));
   findings.add_if(
       is_recording ? measured.missing_rows > allowed_gaps(trial.rows.size(), limits_)
@@ -353,6 +360,7 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
     }
     return std::move(findings).verdict(measured, "valid: complete, not saturated");
   }
+  if (is_contraction) return std::move(findings).verdict(measured, "valid: complete");
   if (measured.missing_rows > 0 || rig == nullptr) return std::move(findings).verdict(measured, {});
 
   const Traces traces = traces_of(trial, onset, *rig, limits_);

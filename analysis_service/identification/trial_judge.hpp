@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis_service/identification/measured_trial.hpp"
+#include "analysis_service/muscles/trial_activity.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::identification {
@@ -25,6 +26,7 @@ enum class Defect : std::uint8_t {
   kNotAtRest,       ///< It still moved at the end of the perturbation.
   kUnknownRig,      ///< No description to convert with.
   kLetGo,           ///< The handle was moved, and nothing resisted it.
+  kMusclesActive,   ///< The subject was not relaxed before the onset.
 };
 
 /// What a valid trial keeps within. Defaults are those of the published protocol where it states one.
@@ -105,14 +107,16 @@ struct Verdict {
   std::vector<Defect> defects;  ///< In the order of the enumeration, each once; empty where valid.
   std::string detail;           ///< One line for a person, with values, units and limits.
   Measured measured;
+  muscles::TrialActivity activity{};  ///< Of the muscles, where there is EMG (MuscleJudge).
 };
 
 /// Decides from what was measured, never from what was commanded, whether a trial counts (method, section 9).
 ///
 /// A trial that the rig did not complete has that one defect. One with rows missing is not judged further but
 /// for saturation, as what is missing could say anything. A replayed continuous record is judged by its
-/// completeness and saturation only. `rig` null: no description is known. Phases in the rows tell the rest
-/// (waiting or holding the bias) from the perturbation and the way back. Pure and thread-safe; allocates.
+/// completeness and saturation only; a contraction by its completeness. `rig` null: no description is known.
+/// Phases in the rows tell the rest (waiting or holding the bias) from the perturbation and the way back.
+/// Pure and thread-safe; allocates.
 class TrialJudge {
  public:
   explicit TrialJudge(const JudgeLimits& limits = {}) : limits_(limits) {}

@@ -4,9 +4,11 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "analysis_service/identification/muscle_judge.hpp"
 #include "analysis_service/identification/trial_judge.hpp"
 #include "analysis_service/offline/archived_trial.hpp"
 #include "analysis_service/offline/offline_book.hpp"
+#include "analysis_service/service/muscle_settings.hpp"
 #include "analysis_service/service/wire.hpp"
 
 namespace tonus::identification {
@@ -14,9 +16,11 @@ namespace {
 
 /// Why the trial does not count; empty: it does. One without a verdict is judged now.
 std::string defect_of(const store::SessionTrial& trial, const ArchivedTrial& archived,
-                      const TrialJudge& judge) {
-  if (trial.verdict) return store::why_not_counted(trial);
-  const Verdict verdict = judge.judge(archived.measured, &archived.rig.geometry);
+                      const TrialJudge& judge, MuscleJudge& muscles) {
+  const bool is_contraction = archived.measured.report.plan.kind == TrialKind::kContraction;
+  if (trial.verdict && !is_contraction) return store::why_not_counted(trial);
+  Verdict verdict = judge.judge(archived.measured, &archived.rig.geometry);
+  muscles.judge(archived.measured, judge.limits(), verdict);
   return verdict.is_valid ? std::string{} : verdict.detail;
 }
 
@@ -31,12 +35,13 @@ std::string gap_in(const Result<ArchivedTrial>& archived) {
 }
 
 Result<void> take(store::Store& store, const store::Session& session, const store::SessionTrial& trial,
-                  const TrialJudge& judge, OfflineBook& book) {
+                  const TrialJudge& judge, MuscleJudge& muscles, OfflineBook& book) {
   const TrialReport report = from_wire(trial.outcome->value);
   const auto archived = read_archived_trial(store, session, trial);
   if (!archived && archived.error().code != ErrorCode::kDataLoss) return archived.error();
   std::string why = gap_in(archived);
-  if (why.empty()) why = defect_of(trial, *archived, judge);
+  if (why.empty()) why = defect_of(trial, *archived, judge, muscles);
+  if (report.plan.kind == TrialKind::kContraction) return {};  // it enters no estimate
   if (!why.empty()) {
     book.leave_out(report, std::move(why));
     return {};
@@ -61,6 +66,8 @@ Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const
   const v1::RigDescription& last = session.descriptions.back().value;
   const RigUnits units{last.displacement_unit(), last.force_unit()};
   const TrialJudge judge(choice.limits(is_rotary(units)));
+  MuscleJudge muscles;
+  muscles.begin(muscle_settings_of(session.plan.protocol_toml()));
   std::map<std::uint32_t, OfflineBook> postures;
   for (const store::SessionTrial& trial : session.trials) {
     if (!trial.outcome) continue;  // still running, or its rig was lost
@@ -70,7 +77,7 @@ Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const
     owner.session = to_hex(session.record.session);
     owner.run = static_cast<int>(index) + 1;
     const auto [book, is_new] = postures.try_emplace(index, analyses, std::move(owner));
-    TONUS_TRY(take(store, session, trial, judge, book->second));
+    TONUS_TRY(take(store, session, trial, judge, muscles, book->second));
   }
   const int axes = last.kind() == v1::RIG_ONE_AXIS ? 1 : 2;
   std::vector<OfflineEstimate> all;

@@ -18,6 +18,8 @@ Result<ArchivedTrial> read_archived_trial(store::Store& store, const store::Sess
   for (const v1::RigSample& sample : found.samples) archived.measured.rows.push_back(from_wire(sample));
   archived.measured.missing_rows = found.absent;
   archived.is_there = std::move(found.is_there);
+  TONUS_TRY_ASSIGN(archived.measured.auxiliary,
+                   store::read_trial_auxiliary(store, trial, archived.rig.description));
   return archived;
 }
 
@@ -25,8 +27,8 @@ Result<impedance::Trial> convert(const ArchivedTrial& trial) {
   const TrialReport& report = trial.measured.report;
   if (trial.measured.rows.empty())
     return fail(ErrorCode::kNotFound, fmt::format("trial {}: has no samples", report.plan.attempt));
-  const bool is_recording = report.plan.kind == TrialKind::kRecording;
-  const std::size_t onset = is_recording ? 0 : report.onset - report.range.first;
+  const bool is_perturbation = report.plan.kind == TrialKind::kPerturbation;
+  const std::size_t onset = !is_perturbation ? 0 : report.onset - report.range.first;
   return trial_from_rows(frame_of(report), trial.rig.geometry, trial.measured.rows, onset);
 }
 

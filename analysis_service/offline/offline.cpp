@@ -88,7 +88,7 @@ Result<std::vector<OfflineEstimate>> identify_recording(const recording::Recordi
   for (const auto& event : record.events) {
     const recording::Stretch stretch = recording::stretch_of(record, event);
     const TrialReport report = report_of(record, event, stretch, static_cast<std::uint32_t>(index));
-    const MeasuredTrial trial{report, rows_of(record, stretch), 0, 0};
+    const MeasuredTrial trial{report, rows_of(record, stretch), {}, 0, 0};
     auto why = defect_of(event, trial, record.rig, judge);
     if (why.empty() && event.is_continuous()) {
       if (stretch.first < unused)

@@ -5,6 +5,7 @@
 #include <spdlog/spdlog.h>
 #include <utility>
 
+#include "analysis_service/service/muscle_settings.hpp"
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
 #include "services/runtime/drain.hpp"
@@ -26,6 +27,8 @@ Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr
   if (!descriptions) return descriptions.error();
   auto samples = bus::TypedReader<v1::SampleBlock>::create(bus, topics::kRigSamples, notifier);
   if (!samples) return samples.error();
+  auto auxiliary = bus::TypedReader<v1::AuxiliaryBlock>::create(bus, topics::kRigAuxiliary, notifier);
+  if (!auxiliary) return auxiliary.error();
   auto commands = bus::TypedReader<v1::TrialCommand>::create(bus, topics::kTrialCommand, notifier);
   if (!commands) return commands.error();
   auto outcomes = bus::TypedReader<v1::TrialOutcome>::create(bus, topics::kTrialOutcome, notifier);
@@ -44,10 +47,10 @@ Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr
   if (!estimates) return estimates.error();
   auto resends = bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend);
   if (!resends) return resends.error();
-  return ServiceEndpoints{std::move(*descriptions), std::move(*samples),  std::move(*commands),
-                          std::move(*outcomes),     std::move(*plans),    std::move(*states),
-                          std::move(reviews),       std::move(*verdicts), std::move(*live),
-                          std::move(*estimates),    std::move(*resends)};
+  return ServiceEndpoints{std::move(*descriptions), std::move(*samples),   std::move(*auxiliary),
+                          std::move(*commands),     std::move(*outcomes),  std::move(*plans),
+                          std::move(*states),       std::move(reviews),    std::move(*verdicts),
+                          std::move(*live),         std::move(*estimates), std::move(*resends)};
 }
 
 IdentificationService::IdentificationService(const ServiceSettings& settings, ServiceEndpoints endpoints,
@@ -66,6 +69,7 @@ Clock::TimePoint IdentificationService::step() {
   take_plans();
   take_commands();
   take_samples(now);
+  take_auxiliary();
   publish_live();
   take_outcomes(now);
   take_states();
@@ -109,7 +113,10 @@ void IdentificationService::take_descriptions() {
     }
     if (geometry->kind == RigKind::kOneAxis) geometry->force_calibration *= settings_.force_sign;
     const RigUnits units{description.displacement_unit(), description.force_unit()};
-    core_.set_rig(description.rig_id(), *geometry, description.sample_rate_Hz(), is_rotary(units));
+    auto channels = contract::auxiliary_channels_of(description);
+    if (!channels) spdlog::error("auxiliary channels are left out: {}", channels.error().message);
+    core_.set_rig(description.rig_id(), *geometry, description.sample_rate_Hz(), is_rotary(units),
+                  channels ? std::move(*channels) : std::vector<AuxiliaryChannel>());
     units_[description.rig_id()] = units;
   }
 }
@@ -119,7 +126,7 @@ void IdentificationService::take_plans() {
     const v1::SessionPlan& plan = received.value;
     if (plan.rig_id() != settings_.rig || plan.started_at() < session_started_at_) continue;
     session_started_at_ = plan.started_at();
-    set_session(plan.session_id());
+    set_session(plan.session_id(), muscle_settings_of(plan.protocol_toml()));
   }
 }
 
@@ -127,7 +134,8 @@ void IdentificationService::take_commands() {
   for (const auto& received : runtime::drain(endpoints_.commands)) {
     const TrialPlan plan = from_wire(received.value);
     if (plan.rig != settings_.rig) continue;
-    if (session_started_at_.empty()) set_session(plan.session);  // no plan was seen: who commands has one
+    if (session_started_at_.empty() && plan.session != session_)
+      set_session(plan.session);  // no plan was seen: who commands has one
     core_.expect(plan);
   }
 }
@@ -154,10 +162,21 @@ bool IdentificationService::is_decided(const TrialPlan& trial) const {
          state_->trial_id() != trial.trial;
 }
 
-void IdentificationService::set_session(const Id& session) {
-  if (session == session_) return;
+void IdentificationService::take_auxiliary() {
+  for (const auto& received : runtime::drain(endpoints_.auxiliary)) {
+    if (received.value.rig_id() == settings_.rig) {
+      core_.add(from_wire(received.value));
+    } else {
+      ++foreign_;
+    }
+  }
+}
+
+void IdentificationService::set_session(const Id& session, const muscles::MuscleSettings& muscles) {
+  if (session == session_ && muscles == muscles_) return;
   session_ = session;
-  core_.set_session(session);
+  muscles_ = muscles;
+  core_.set_session(session, muscles);
   for (const auto& [trial, review] : reviews_) {
     if (review.session_id() == session) core_.reject(trial, review.attempt());
   }

@@ -31,6 +31,7 @@ struct ServiceSettings {
 struct ServiceEndpoints {
   bus::TypedReader<v1::RigDescription> descriptions;
   bus::TypedReader<v1::SampleBlock> samples;
+  bus::TypedReader<v1::AuxiliaryBlock> auxiliary;
   bus::TypedReader<v1::TrialCommand> commands;
   bus::TypedReader<v1::TrialOutcome> outcomes;
   bus::TypedReader<v1::SessionPlan> plans;
@@ -69,7 +70,8 @@ class IdentificationService {
   void take_commands();
   void take_samples(Clock::TimePoint now);
   void take_outcomes(Clock::TimePoint now);
-  void set_session(const Id& session);
+  void take_auxiliary();
+  void set_session(const Id& session, const muscles::MuscleSettings& muscles = {});
   void take_states();
   void take_reviews();
   /// Whether the scheduler has gone on from the trial: it was judged before this service began.
@@ -89,6 +91,7 @@ class IdentificationService {
   IdentificationCore core_;
   std::map<Id, RigUnits> units_;
   Id session_{};
+  muscles::MuscleSettings muscles_;  // of its protocol
   std::string session_started_at_;
   std::optional<v1::SessionState> state_;  // of session_, the newest
   std::map<Id, v1::TrialReview> reviews_;  // by trial; they may come before the plan of their session

@@ -17,6 +17,18 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 
 Eigen::Vector2d vector(const std::array<double, 2>& values) { return {values[0], values[1]}; }
 
+TrialKind from_wire_kind(v1::TrialKind wire) {
+  switch (wire) {
+    case v1::TRIAL_PERTURBATION:
+      return TrialKind::kPerturbation;
+    case v1::TRIAL_RECORDING:
+      return TrialKind::kRecording;
+    case v1::TRIAL_CONTRACTION:
+      return TrialKind::kContraction;
+  }
+  return TrialKind::kPerturbation;
+}
+
 TrialPlan plan_of(const Id& trial, const v1::TrialProgram& wire) {
   TrialPlan plan;
   plan.trial = trial;
@@ -24,7 +36,7 @@ TrialPlan plan_of(const Id& trial, const v1::TrialProgram& wire) {
   plan.rig = wire.rig_id();
   plan.attempt = wire.attempt();
   plan.planned_index = wire.planned_index();
-  plan.kind = wire.kind() == v1::TRIAL_RECORDING ? TrialKind::kRecording : TrialKind::kPerturbation;
+  plan.kind = from_wire_kind(wire.kind());
   plan.posture = wire.posture();
   plan.posture_index = wire.posture_index();
   plan.position = vector(wire.posture_m());
@@ -312,6 +324,11 @@ RowBlock from_wire(const v1::SampleBlock& wire, std::vector<Row>& rows) {
   return {wire.rig_id(), wire.trial_id(), wire.epoch(), wire.first_sequence(), rows};
 }
 
+AuxiliaryRows from_wire(const v1::AuxiliaryBlock& wire) {
+  return {wire.rig_id(),         wire.trial_id(),     wire.epoch(),
+          wire.first_sequence(), wire.sample_count(), wire.values()};
+}
+
 TrialPlan from_wire(const v1::TrialCommand& wire) { return plan_of(wire.trial_id(), wire.program()); }
 
 TrialReport from_wire(const v1::TrialOutcome& wire) {
@@ -350,6 +367,8 @@ v1::VerdictReason to_wire(Defect defect) {
       return v1::REASON_UNKNOWN_RIG;
     case Defect::kLetGo:
       return v1::REASON_LET_GO;
+    case Defect::kMusclesActive:
+      return v1::REASON_MUSCLES_ACTIVE;
   }
   return v1::REASON_NOT_COMPLETED;
 }
@@ -371,7 +390,16 @@ v1::TrialVerdict to_wire(const TrialReport& report, const Verdict& verdict) {
   wire.end_speed_m_per_s(verdict.measured.end_speed);
   wire.saturated_samples(to_count(verdict.measured.saturated_rows));
   wire.missing_samples(to_count(verdict.measured.missing_rows));
-  wire.co_contraction(kUnknown);
+  for (const muscles::Activity& muscle : verdict.activity.muscles) {
+    v1::MuscleActivity activity;
+    activity.channel(muscle.channel);
+    activity.is_normalised(muscle.is_normalised);
+    activity.before_onset(muscle.before_onset);
+    activity.short_latency(muscle.short_latency);
+    activity.long_latency(muscle.long_latency);
+    wire.muscles().push_back(activity);
+  }
+  wire.co_contraction(verdict.activity.co_contraction);
   return wire;
 }
 

@@ -23,6 +23,8 @@ namespace tonus::identification {
 
 /// Replaces the content of `rows`; the block's rows are those.
 [[nodiscard]] RowBlock from_wire(const v1::SampleBlock& wire, std::vector<Row>& rows);
+/// Its values are the message's.
+[[nodiscard]] AuxiliaryRows from_wire(const v1::AuxiliaryBlock& wire);
 
 [[nodiscard]] TrialPlan from_wire(const v1::TrialCommand& wire);
 [[nodiscard]] TrialReport from_wire(const v1::TrialOutcome& wire);

@@ -37,7 +37,7 @@ def trial_of(archive, session, attempt):
     samples = numpy.zeros(last - first + 1, SAMPLE)
     blocks = archive.execute(
         "SELECT first_sequence, sample_count, payload FROM blocks JOIN streams USING (stream) "
-        "WHERE rig_id = ? AND epoch = ? AND first_sequence <= ? AND first_sequence + sample_count > ?",
+        "WHERE NOT is_auxiliary AND rig_id = ? AND epoch = ? AND first_sequence <= ? AND first_sequence + sample_count > ?",
         (rig, epoch, last, first),
     )
     for begin, count, payload in blocks:

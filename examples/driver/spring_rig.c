@@ -7,7 +7,8 @@
  * Options, separated by blanks: stiffness=N_per_m (default 300), damping=Ns_per_m (default 20);
  * amplifier=FILE: the amplifier is a page of this file, which other programs can look at, and the rig's clock
  * is the machine's, as on hardware; hang_after=CYCLES: read() does not return after so many, for tests of
- * what happens then.
+ * what happens then; auxiliary=on: three auxiliary channels, the spring's stretch with every cycle, the handle's
+ * speed twice as fast, and the digital output of the onset.
  */
 #define _GNU_SOURCE
 #include <fcntl.h>
@@ -44,6 +45,8 @@ typedef struct amplifier {
 typedef struct rig {
   amplifier* out; /* NULL: inside this program alone */
   long hang_after, cycles;
+  int has_auxiliary, is_onset;
+  double stretch, speed, speed_before; /* at the last read, and one before; mm, mm/s */
   double period;
   double stiffness, damping; /* of the hand */
   double q[2], rate[2];
@@ -105,6 +108,10 @@ static void* create(const char* options, char* error, size_t error_size) {
       return NULL;
     }
     if (sscanf(word, "hang_after=%ld%c", &r->hang_after, &rest) == 1) continue;
+    if (strcmp(word, "auxiliary=on") == 0) {
+      r->has_auxiliary = 1;
+      continue;
+    }
     const int good = sscanf(word, "stiffness=%lf%c", &r->stiffness, &rest) == 1 ||
                      sscanf(word, "damping=%lf%c", &r->damping, &rest) == 1;
     if (!good ||
@@ -167,6 +174,16 @@ static void deactivate(void* self) {
   r->out->is_enabled = 0;
 }
 
+/* A card with a buffer of its own has these values there. */
+static void measure_auxiliary(rig* r) {
+  double point[2];
+  place(r->q, point);
+  const double x2 = kLinks[1] * cos(r->q[0] + r->q[1]), y2 = kLinks[1] * sin(r->q[0] + r->q[1]);
+  r->stretch = 1e3 * hypot(point[0] - r->rest[0], point[1] - r->rest[1]);
+  r->speed_before = r->speed;
+  r->speed = 1e3 * hypot(-point[1] * r->rate[0] - y2 * r->rate[1], point[0] * r->rate[0] + x2 * r->rate[1]);
+}
+
 static int read_rig(void* self, tonus_driver_reading* reading) {
   rig* r = self;
   const double turn = r->q[0] + r->q[1]; /* the sensor turns with the outer link */
@@ -177,6 +194,7 @@ static int read_rig(void* self, tonus_driver_reading* reading) {
   reading->force_V[0] = (cos(turn) * r->force[0] + sin(turn) * r->force[1]) / NEWTON_PER_VOLT;
   reading->force_V[1] = (-sin(turn) * r->force[0] + cos(turn) * r->force[1]) / NEWTON_PER_VOLT;
   reading->is_emergency_stop_pressed = 0;
+  measure_auxiliary(r);
   return TONUS_DRIVER_OK;
 }
 
@@ -236,6 +254,31 @@ static void heartbeat(void* self, int32_t level) {
   if (r->out != NULL) r->out->heartbeat = level;
 }
 
+/* A real driver sets its digital output. */
+static void set_onset(void* self, int32_t is_on) { ((rig*)self)->is_onset = is_on; }
+
+static uint32_t count_auxiliary(void* self) { return ((rig*)self)->has_auxiliary ? 3 : 0; }
+
+static void describe_auxiliary(void* self, uint32_t channel, tonus_driver_auxiliary* d) {
+  static const char* const kNames[3] = {"Stretch", "Speed", "Onset"};
+  static const char* const kUnits[3] = {"mm", "mm/s", "n/a"};
+  const rig* r = self;
+  snprintf(d->name, sizeof d->name, "%s", kNames[channel]);
+  snprintf(d->type, sizeof d->type, "%s", channel == 2 ? "TRIG" : "MISC");
+  snprintf(d->unit, sizeof d->unit, "%s", kUnits[channel]);
+  d->unit_per_value = 1.0;
+  d->rate_Hz = round((channel == 1 ? 2.0 : 1.0) / r->period);
+}
+
+/* A channel has 0 or 1 values in a cycle here, the speed 2: the first one half a cycle before the reading. */
+static void read_auxiliary(void* self, const uint32_t* counts, float* values) {
+  const rig* r = self;
+  for (uint32_t i = 0; i < counts[0]; ++i) *values++ = (float)r->stretch;
+  for (uint32_t i = 0; i < counts[1]; ++i)
+    *values++ = (float)(i + 1 == counts[1] ? r->speed : 0.5 * (r->speed_before + r->speed));
+  for (uint32_t i = 0; i < counts[2]; ++i) *values++ = (float)r->is_onset;
+}
+
 const tonus_driver_v2_table* tonus_driver_v2(void) {
   static const tonus_driver_v2_table table = {
       .base = {.version = TONUS_DRIVER_VERSION_2,
@@ -252,7 +295,10 @@ const tonus_driver_v2_table* tonus_driver_v2(void) {
       .describe_safety = describe_safety,
       .disable = disable,
       .heartbeat = heartbeat,
-      .set_onset = NULL,
+      .set_onset = set_onset,
+      .count_auxiliary = count_auxiliary,
+      .describe_auxiliary = describe_auxiliary,
+      .read_auxiliary = read_auxiliary,
   };
   return &table;
 }

@@ -67,7 +67,8 @@ Agent::Agent(const AgentOptions& options, const AgentParts& parts, AgentEndpoint
       lease_(parts.lease),
       stops_(parts.stops),
       endpoints_(std::move(endpoints)),
-      clock_(clock) {}
+      clock_(clock),
+      auxiliary_(parts.loop.auxiliary_values()) {}
 
 v1::TrialOutcome Agent::outcome_of(const v1::TrialCommand& command, std::uint64_t epoch,
                                    v1::TrialEnd end) const {
@@ -206,7 +207,7 @@ void Agent::begin(const v1::TrialCommand& command) {
     auto found = recorded_->prepare(prepared.program());
     if (!found) return refuse(command, found.error().message);
     segment = *found;
-  } else if (command.program().kind() != v1::TRIAL_PERTURBATION) {
+  } else if (command.program().kind() == v1::TRIAL_RECORDING) {
     return refuse(command, "this rig has no recordings to play");
   }
   start.program = to_program(prepared.program(), ++last_number_);
@@ -293,11 +294,11 @@ void Agent::advance_simulated_clock() {
 
 void Agent::collect_samples() {
   control::SampleRecord record;
-  while (loop_.next_sample(record)) {
+  while (loop_.next_sample(record, auxiliary_)) {
     const bool is_of_trial = running_ && record.trial == running_->number;
     publisher_.set_trial(is_of_trial ? running_->command.program().session_id() : kNoId,
                          is_of_trial ? running_->command.trial_id() : kNoId);
-    publisher_.add(record);
+    publisher_.add(record, auxiliary_);
   }
   publisher_.flush_if_due();
 }
@@ -313,6 +314,8 @@ void Agent::collect_results() {
     outcome.first_sequence(result.first_sequence);
     outcome.onset_sequence(result.has_onset ? result.onset_sequence : result.last_sequence);
     outcome.last_sequence(result.last_sequence);
+    outcome.is_onset_marked(result.is_onset_marked);
+    outcome.mark_sequence(result.mark_sequence);
     running_.reset();
     end_trial(outcome);
   }

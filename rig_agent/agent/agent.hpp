@@ -176,6 +176,7 @@ class Agent {
   AgentEndpoints endpoints_;
   const Clock& clock_;
 
+  std::vector<float> auxiliary_;  // of the sample at hand
   std::optional<RunningTrial> running_;
   std::vector<PendingReply> pending_replies_;
   std::deque<v1::RigReply> answered_;  // the last ones, for requests that are repeated

@@ -116,6 +116,9 @@ Result<Rig> Rig::create(const RigOptions& options, const std::string& name,
   const auto driver = rig.driver_->capabilities();
   if (driver.actuates) rig.names_.limits = config->limits;
   rig.names_.watchdog = driver.can_disable && !driver.moves_nothing_real ? config->limits.watchdog : 0.0;
+  const auto channels = rig.driver_->auxiliary_channels();
+  rig.names_.auxiliary_channels.assign(channels.begin(), channels.end());
+  rig.names_.marks_onset = driver.marks_onset;
   rig.names_.moves_nothing_real = rig.driver_->capabilities().moves_nothing_real;
   rig.names_.resumes_unattended = options.resumes_unattended;
   if (auto active = rig.driver_->activate(); !active) return active.error();
@@ -162,6 +165,7 @@ Result<control::LoopConfig> Rig::open_library(const RigOptions& options) {
   auto library = drivers::Library::load(options.driver_file, options.driver_options);
   if (!library) return library.error();
   names_.home = profile->manipulandum.home;
+  (*library)->state_auxiliary(profile->auxiliary);
   driver_ = std::move(*library);
   return simulation::loop_config(*profile);
 }
@@ -174,7 +178,8 @@ Result<control::LoopConfig> Rig::open_comedi(const RigOptions& options) {
   auto wiring = drivers::load_comedi_config(options.driver_file);
   if (!wiring) return wiring.error();
   names_.home = profile->manipulandum.home;
-  driver_ = std::make_unique<drivers::Comedi>(*wiring, simulation::rig_geometry(*profile));
+  driver_ =
+      std::make_unique<drivers::Comedi>(*wiring, simulation::rig_geometry(*profile), profile->auxiliary);
   return simulation::loop_config(*profile);
 }
 #else

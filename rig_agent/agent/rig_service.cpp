@@ -15,8 +15,9 @@ Clock::Duration longest_cycle(const drivers::Capabilities& driver) {
   return driver.moves_nothing_real ? std::chrono::milliseconds(5000) : std::chrono::milliseconds(100);
 }
 
-Publisher::Options publishing(const Id& rig, std::uint64_t epoch, bool is_paced) {
-  Publisher::Options options{.rig = rig, .epoch = epoch};
+Publisher::Options publishing(Rig& rig, std::uint64_t epoch, bool is_paced) {
+  Publisher::Options options{
+      .rig = rig.names().id, .epoch = epoch, .auxiliary_values = rig.loop().auxiliary_values()};
   if (!is_paced) options.patience = std::chrono::seconds(2);
   return options;
 }
@@ -41,11 +42,13 @@ Result<std::unique_ptr<RigService>> RigService::create(bus::Bus& bus, std::uniqu
                                                        runtime::HealthReporter health,
                                                        const RigServiceParts& parts,
                                                        const RigServiceOptions& options) {
-  TONUS_TRY_ASSIGN(auto samples, bus.create_writer(topics::kRigSamples.spec));
+  SampleWriters writers;
+  TONUS_TRY_ASSIGN(writers.samples, bus.create_writer(topics::kRigSamples.spec));
+  TONUS_TRY_ASSIGN(writers.auxiliary, bus.create_writer(topics::kRigAuxiliary.spec));
   TONUS_TRY_ASSIGN(auto endpoints, AgentEndpoints::create(bus, notifier));
   const std::uint64_t epoch = parts.clock.utc_ns();
   std::unique_ptr<RigService> service(
-      new RigService(std::move(health), parts, epoch, std::move(samples), bus, options));
+      new RigService(std::move(health), parts, epoch, std::move(writers), bus, options));
   const RigNames& names = parts.rig.names();
   TONUS_TRY_ASSIGN(service->safety_channel_,
                    SafetyChannel::create(std::move(safety_bus), names.id, parts.rig.loop(), service->lease_,
@@ -64,13 +67,13 @@ Result<std::unique_ptr<RigService>> RigService::create(bus::Bus& bus, std::uniqu
 }
 
 RigService::RigService(runtime::HealthReporter health, const RigServiceParts& parts, std::uint64_t epoch,
-                       std::unique_ptr<bus::Writer> samples, bus::Bus& bus, const RigServiceOptions& options)
+                       SampleWriters writers, bus::Bus& bus, const RigServiceOptions& options)
     : parts_(parts),
       bus_(bus),
       epoch_(epoch),
       health_(std::move(health)),
-      publisher_(publishing(parts.rig.names().id, epoch, options.is_paced), parts.spool, std::move(samples),
-                 parts.clock),
+      publisher_(publishing(parts.rig, epoch, options.is_paced), parts.spool, std::move(writers.samples),
+                 std::move(writers.auxiliary), parts.clock),
       lease_(parts.rig.names().id, epoch) {}
 
 void RigService::start() { agent_->start(describe(parts_.rig.names(), parts_.rig.driver().geometry())); }

@@ -59,8 +59,12 @@ class RigService {
   [[nodiscard]] std::uint64_t epoch() const { return epoch_; }
 
  private:
+  struct SampleWriters {
+    std::unique_ptr<bus::Writer> samples;
+    std::unique_ptr<bus::Writer> auxiliary;
+  };
   RigService(runtime::HealthReporter health, const RigServiceParts& parts, std::uint64_t epoch,
-             std::unique_ptr<bus::Writer> samples, bus::Bus& bus, const RigServiceOptions& options);
+             SampleWriters writers, bus::Bus& bus, const RigServiceOptions& options);
 
   RigServiceParts parts_;
   bus::Bus& bus_;

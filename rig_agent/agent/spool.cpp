@@ -16,11 +16,22 @@ namespace {
 
 constexpr char kSuffix[] = ".spool";
 
-/// What stands before a block's payload in its record.
+/// What stands before a block's messages in its record: that of the samples, and behind it that of the
+/// auxiliary values. A record of an earlier version has 0 bytes of samples stated, and samples alone.
 struct Prefix {
   std::uint64_t first_sequence;
-  std::uint64_t count;
+  std::uint32_t count;
+  std::uint32_t sample_bytes;
 };
+static_assert(sizeof(Prefix) == 16);
+
+Spool::Messages messages_in(std::span<const std::byte> content) {
+  Prefix prefix{};
+  std::memcpy(&prefix, content.data(), sizeof prefix);
+  const auto both = content.subspan(sizeof prefix);
+  if (prefix.sample_bytes == 0) return {both, {}};
+  return {both.first(prefix.sample_bytes), both.subspan(prefix.sample_bytes)};
+}
 
 std::optional<std::uint64_t> epoch_of(const std::filesystem::path& path) {
   const std::string name = path.filename().string();
@@ -33,11 +44,10 @@ std::optional<std::uint64_t> epoch_of(const std::filesystem::path& path) {
 std::uint64_t last_of(std::uint64_t first, std::uint64_t count) { return first + count - 1; }
 
 /// What a record of this program can say: samples after `next`, in numbers to which can be added.
-bool is_block(const Prefix& prefix, std::uint64_t next) {
+bool is_block(const Prefix& prefix, std::size_t bytes, std::uint64_t next) {
   constexpr std::uint64_t kMostFirst = std::uint64_t{1} << 62U;
-  constexpr std::uint64_t kMostCount = std::numeric_limits<std::uint32_t>::max();
   return prefix.first_sequence >= next && prefix.first_sequence <= kMostFirst && prefix.count > 0 &&
-         prefix.count <= kMostCount;
+         prefix.sample_bytes <= bytes;
 }
 
 }  // namespace
@@ -65,11 +75,11 @@ Result<Spool> Spool::open(const SpoolOptions& options) {
       if (content.size() >= sizeof prefix) std::memcpy(&prefix, content.data(), sizeof prefix);
       const std::uint64_t next =
           blocks.empty() ? 0 : last_of(blocks.back().first_sequence, blocks.back().count) + 1;
-      if (!is_block(prefix, next)) {
+      if (content.size() < sizeof prefix || !is_block(prefix, content.size() - sizeof prefix, next)) {
         ++foreign;
         return;
       }
-      blocks.push_back({prefix.first_sequence, static_cast<std::uint32_t>(prefix.count), offset});
+      blocks.push_back({prefix.first_sequence, prefix.count, offset});
     };
     auto file = RecordFile::open(path, take);
     if (!file) return file.error();
@@ -84,15 +94,16 @@ Result<Spool> Spool::open(const SpoolOptions& options) {
 }
 
 Result<void> Spool::append(std::uint64_t epoch, std::uint64_t first_sequence, std::uint32_t count,
-                           std::span<const std::byte> payload) {
+                           const Messages& messages) {
   if (segments_.empty() || segments_.back().epoch != epoch ||
       segments_.back().file.size() >= options_.segment_bytes) {
     if (auto begun = begin_segment(epoch, first_sequence); !begun) return begun;
   }
-  const Prefix prefix{first_sequence, count};
-  std::vector<std::byte> record(sizeof prefix + payload.size());
-  std::memcpy(record.data(), &prefix, sizeof prefix);
-  std::memcpy(record.data() + sizeof prefix, payload.data(), payload.size());
+  const Prefix prefix{first_sequence, count, static_cast<std::uint32_t>(messages.samples.size())};
+  const auto head = std::as_bytes(std::span(&prefix, 1));
+  std::vector<std::byte> record(head.begin(), head.end());
+  record.insert(record.end(), messages.samples.begin(), messages.samples.end());
+  record.insert(record.end(), messages.auxiliary.begin(), messages.auxiliary.end());
 
   Segment& segment = segments_.back();
   const std::uint64_t before = segment.file.size();
@@ -131,7 +142,7 @@ Result<void> Spool::read(std::uint64_t epoch, std::uint64_t first, std::uint64_t
     for (; block != segment.blocks.end() && block->first_sequence <= last; ++block) {
       auto record = segment.file.read(block->offset);
       if (record) {
-        visit(std::span(*record).subspan(sizeof(Prefix)));
+        visit(messages_in(*record));
       } else {
         outcome = record.error();
       }

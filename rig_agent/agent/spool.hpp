@@ -30,7 +30,8 @@ struct SpooledRange {
   std::uint64_t last_sequence = 0;
 };
 
-/// The rig's own copy of every block of samples, on its disk, until the archive has them for good.
+/// The rig's own copy of every block of samples, with the values of the auxiliary channels during them, on
+/// its disk, until the archive has them for good.
 ///
 /// Blocks are kept as the bytes that were published, in files of a bounded size per epoch (start of the
 /// agent). append() hands a block to the operating system, so that it survives the program's death; sync()
@@ -39,14 +40,19 @@ struct SpooledRange {
 /// never removed; when they fill the spool, is_full() says so and the agent refuses new trials. One thread.
 class Spool {
  public:
-  using Visitor = std::function<void(std::span<const std::byte> payload)>;
+  /// A block's two messages; the second one is empty where the rig has no auxiliary channels.
+  struct Messages {
+    std::span<const std::byte> samples;
+    std::span<const std::byte> auxiliary;
+  };
+  using Visitor = std::function<void(const Messages& messages)>;
 
   /// Reads back what earlier runs left. kIo names the file and the reason.
   [[nodiscard]] static Result<Spool> open(const SpoolOptions& options);
 
-  /// Keeps one block of `count` samples from `first_sequence` on.
+  /// Keeps one block of `count` samples from `first_sequence` on, whole or not at all.
   [[nodiscard]] Result<void> append(std::uint64_t epoch, std::uint64_t first_sequence, std::uint32_t count,
-                                    std::span<const std::byte> payload);
+                                    const Messages& messages);
 
   /// Every sample of the epoch from `first` up to but not including `through` is safe elsewhere. False, and
   /// nothing follows from it, where that cannot be true or does not help: of samples that were never kept

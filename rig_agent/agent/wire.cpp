@@ -41,6 +41,8 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
   wire.resumes_unattended(names.resumes_unattended);
   wire.watchdog_s(names.watchdog);
   wire.limits_off(names.limits_off);
+  contract::put_auxiliary_channels(names.auxiliary_channels, wire);
+  wire.marks_onset(names.marks_onset);
   if (names.limits) {
     v1::RigLimits limits;
     limits.workspace_centre_m(pair(names.limits->workspace_centre));
@@ -54,6 +56,7 @@ v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry) 
 control::TrialProgram to_program(const v1::TrialProgram& wire, std::uint64_t number) {
   control::TrialProgram program;
   program.number = number;
+  if (wire.kind() == v1::TRIAL_CONTRACTION) program.kind = control::TrialKind::kContraction;
   program.posture = vector(wire.posture_m());
   program.instruction = control::InstructionName(wire.instruction().data(), wire.instruction().size());
   program.shoulder = contract::shoulder_of(wire);

@@ -10,6 +10,7 @@
 #include "rig_agent/control/sample_record.hpp"
 #include "rig_agent/control/trial_program.hpp"
 #include "services/core/id.hpp"
+#include "services/mechanics/auxiliary_channel.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 #include <idl/rig.h>
@@ -36,6 +37,8 @@ struct RigNames {
   double watchdog = 0.0;  ///< s without a cycle after which the watchdog drops the torque; 0: none
   std::vector<std::string> limits_off;          ///< Names of limits that are switched off
   std::optional<control::SafetyLimits> limits;  ///< Of a driver that actuates
+  std::vector<AuxiliaryChannel> auxiliary_channels;
+  bool marks_onset = false;
 };
 
 [[nodiscard]] v1::RigDescription describe(const RigNames& names, const RigGeometry& geometry);

@@ -34,6 +34,8 @@ Eigen::Vector2d force_in_robot_frame(const RigGeometry& rig, const RawSample& ra
 
 Result<std::unique_ptr<RigLoop>> RigLoop::create(drivers::Driver& driver, const LoopConfig& config) {
   if (auto valid = validate(config, driver.capabilities(), driver.geometry()); !valid) return valid.error();
+  if (auto valid = tonus::validate(driver.auxiliary_channels(), config.rate / config.sample_divider); !valid)
+    return valid.error();
   return std::unique_ptr<RigLoop>(new RigLoop(driver, config));
 }
 
@@ -43,13 +45,15 @@ RigLoop::RigLoop(drivers::Driver& driver, const LoopConfig& config)
       config_(config),
       period_(1.0 / config.rate),
       actuates_(driver.capabilities().actuates),
+      keeps_its_own_time_(driver.capabilities().has_own_clock),
       monitor_(config.limits, config.gains, config.model.friction, driver.geometry(), period_, actuates_),
       servo_(driver.geometry().links, config.model, config.gains, period_),
       trial_(config.gains, period_, actuates_),
       recorder_(static_cast<std::size_t>(std::lround(kRecordedTime * config.rate))),
+      auxiliary_(driver.auxiliary_channels(), config.rate / config.sample_divider, config.sample_divider),
       commands_(kCommandCapacity),
       replies_(kCommandCapacity),
-      samples_(config.sample_capacity),
+      samples_(config.sample_capacity, auxiliary_.size()),
       results_(kResultCapacity) {}
 
 bool RigLoop::step(std::int64_t now_ns, unsigned missed_periods) noexcept {
@@ -68,8 +72,11 @@ bool RigLoop::step(std::int64_t now_ns, unsigned missed_periods) noexcept {
   const Reference reference = is_safe ? trial_.fail(monitor_.latched()) : trial_.advance(input);
   const Eigen::Vector2d torque = control(reference);
   write(torque);
+  if (auxiliary_.size() > 0 && status == drivers::DriverStatus::kOk)
+    auxiliary_.collect(driver_, cycle_, missed_periods == 0 || keeps_its_own_time_);
 
   if (input.takes_sample) take_sample(reading, input);
+  if (auxiliary_.size() > 0 && cycle_ % config_.sample_divider == 0) auxiliary_.begin_sample();
   record_cycle(reading, reference, torque, around);
   publish(input);
   return true;
@@ -125,10 +132,15 @@ void RigLoop::write(const Eigen::Vector2d& torque) noexcept {
   monitor_.check_write(status);
   if (status != drivers::DriverStatus::kOk && actuates_) (void)driver_.disable();
   driver_.heartbeat(cycle_ % 2 == 1);
-  const bool is_perturbing = trial_.phase() == Phase::kPerturbing;
-  if (is_perturbing != is_onset_shown_) driver_.set_onset(is_perturbing);
-  is_onset_shown_ = is_perturbing;
+  show_onset();
   if (pulse_ != nullptr) pulse_->cycles.fetch_add(1, std::memory_order_relaxed);
+}
+
+void RigLoop::show_onset() noexcept {
+  const bool is_perturbing = trial_.phase() == Phase::kPerturbing;
+  if (is_perturbing == is_onset_shown_) return;
+  is_onset_shown_ = is_perturbing;
+  if (driver_.set_onset(is_perturbing) && is_perturbing) trial_.mark(sequence_);
 }
 
 void RigLoop::check_handle(const drivers::Reading& reading, CycleInput& input) noexcept {
@@ -187,7 +199,7 @@ CommandReply RigLoop::carry_out(const Command& command, const CycleInput& input)
       } else {
         trial_.start(command.program, input);
         driver_.begin_trial({command.program.shoulder, command.program.posture, command.program.segment,
-                             command.program.instruction});
+                             command.program.instruction, command.program.kind == TrialKind::kContraction});
       }
       return reply;
     case CommandKind::kAbort:
@@ -228,7 +240,7 @@ void RigLoop::take_sample(const drivers::Reading& reading, const CycleInput& inp
       flag(trial_.is_onset(), SampleFlag::kOnset) | flag(monitor_.is_saturated(), SampleFlag::kSaturated) |
       flag(monitor_.latched() != 0, SampleFlag::kFault) | flag(missed_since_sample_, SampleFlag::kOverrun) |
       flag(trial_.is_at_rest(), SampleFlag::kAtRest));
-  samples_.try_push(sample);
+  samples_.try_push(sample, auxiliary_.row());
   trial_.sampled(sequence_, input.acquisition_ns);
   last_endpoint_ = tonus::convert(geometry_, trial_.shoulder(), reading.raw);
   missed_since_sample_ = false;

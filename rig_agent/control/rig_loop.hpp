@@ -6,7 +6,9 @@
 #include <cstddef>
 #include <cstdint>
 #include <memory>
+#include <span>
 
+#include "rig_agent/control/auxiliary_collector.hpp"
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/flight_recorder.hpp"
 #include "rig_agent/control/pulse.hpp"
@@ -102,7 +104,11 @@ class RigLoop {
   /// False when the command queue is full. The reply comes through next_reply().
   [[nodiscard]] bool post(const Command& command) noexcept { return commands_.try_push(command); }
   bool next_reply(CommandReply& reply) noexcept { return replies_.try_pop(reply); }
-  bool next_sample(SampleRecord& sample) noexcept { return samples_.try_pop(sample); }
+  /// `auxiliary` gets the values that go with the sample (AuxiliaryCollector); as long as
+  /// auxiliary_values(), or empty where nobody wants them.
+  bool next_sample(SampleRecord& sample, std::span<float> auxiliary = {}) noexcept {
+    return samples_.try_pop(sample, auxiliary);
+  }
   /// The result of a trial comes after its last sample is in the queue of samples.
   bool next_result(TrialResult& result) noexcept { return results_.try_pop(result); }
 
@@ -117,6 +123,8 @@ class RigLoop {
 
   [[nodiscard]] LoopState state() const noexcept { return state_.load(); }
   [[nodiscard]] std::size_t samples_waiting() const noexcept { return samples_.size(); }
+  /// Values of the auxiliary channels with each sample.
+  [[nodiscard]] std::size_t auxiliary_values() const noexcept { return samples_.row(); }
   [[nodiscard]] std::size_t sample_capacity() const noexcept { return samples_.capacity(); }
   /// Frozen by the first fault; recording goes on once the record has been read and no fault is latched.
   [[nodiscard]] const FlightRecorder& flight_recorder() const noexcept { return recorder_; }
@@ -134,6 +142,7 @@ class RigLoop {
 
   void check_handle(const drivers::Reading& reading, CycleInput& input) noexcept;
   void write(const Eigen::Vector2d& torque) noexcept;
+  void show_onset() noexcept;
   void take_commands(const CycleInput& input, bool may_start) noexcept;
   [[nodiscard]] CommandReply carry_out(const Command& command, const CycleInput& input) noexcept;
   [[nodiscard]] CommandReply clear_faults(std::uint64_t request) noexcept;
@@ -148,11 +157,13 @@ class RigLoop {
   const LoopConfig config_;
   const double period_;
   const bool actuates_;
+  const bool keeps_its_own_time_;
 
   SafetyMonitor monitor_;
   Servo servo_;
   TrialMachine trial_;
   FlightRecorder recorder_;
+  AuxiliaryCollector auxiliary_;
 
   SpscQueue<Command> commands_;
   Command next_command_;  // Taken from the queue, and waiting for a sample if it has_next_command_.

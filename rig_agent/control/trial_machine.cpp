@@ -143,6 +143,7 @@ Reference TrialMachine::reference() noexcept {
       return wish;
     }
     case Phase::kPerturbing: {
+      if (is_contraction()) return hold_still();
       const Eigen::Vector2d step =
           program_.amplitude * Eigen::Vector2d(std::cos(program_.direction), std::sin(program_.direction));
       commanded_ = {step.x(), step.y()};
@@ -153,6 +154,7 @@ Reference TrialMachine::reference() noexcept {
     }
     case Phase::kReturning: {
       Reference wish = lead(program_.return_time);
+      if (is_contraction()) return wish;
       wish.force = exert(1.0 - MinimumJerk(elapsed() / program_.return_time).value, ServoMode::kLead).force;
       return wish;
     }
@@ -174,6 +176,13 @@ Reference TrialMachine::lead(double duration) const noexcept {
   wish.position = path_start_ + way.value * distance;
   wish.velocity = (way.slope / duration) * distance;
   wish.acceleration = (way.curvature / (duration * duration)) * distance;
+  return wish;
+}
+
+Reference TrialMachine::hold_still() const noexcept {
+  Reference wish;
+  wish.mode = ServoMode::kLead;
+  wish.position = onset_position_;
   return wish;
 }
 

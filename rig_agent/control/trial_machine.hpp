@@ -53,6 +53,12 @@ class TrialMachine {
   [[nodiscard]] const std::array<double, 2>& bias() const noexcept { return bias_; }            ///< N in S.
   [[nodiscard]] const ShoulderPose& shoulder() const noexcept { return program_.shoulder; }
 
+  /// The onset is shown at the driver's digital output in the cycle of this sample.
+  void mark(std::uint64_t sequence) noexcept {
+    result_.is_onset_marked = true;
+    result_.mark_sequence = sequence;
+  }
+
   /// True once after a trial ended, with what happened.
   bool take_result(TrialResult& result) noexcept;
   /// The loop tells which sample it took, so that a result can name the last one. The last row of a recorded
@@ -70,7 +76,9 @@ class TrialMachine {
   [[nodiscard]] Reference reference() noexcept;
   [[nodiscard]] Reference lead(double duration) const noexcept;
   [[nodiscard]] Reference exert(double share_of_bias, ServoMode mode) noexcept;
-  [[nodiscard]] bool has_bias() const noexcept { return !program_.bias.isZero(0.0); }
+  [[nodiscard]] bool is_contraction() const noexcept { return program_.kind == TrialKind::kContraction; }
+  [[nodiscard]] bool has_bias() const noexcept { return !is_contraction() && !program_.bias.isZero(0.0); }
+  [[nodiscard]] Reference hold_still() const noexcept;
   [[nodiscard]] double elapsed() const noexcept { return static_cast<double>(cycles_in_phase_) * period_; }
   [[nodiscard]] bool has_lasted(double duration) const noexcept { return spans(cycles_in_phase_, duration); }
   [[nodiscard]] bool spans(std::uint64_t cycles, double duration) const noexcept;

@@ -10,14 +10,24 @@
 
 namespace tonus::control {
 
+enum class TrialKind : std::uint8_t {
+  kPerturbation,
+  kContraction,  ///< The handle is held still while the subject contracts.
+};
+
 /// One trial, complete: the loop runs it alone. SI, in the shoulder frame S; a force acts on the arm.
 ///
 ///     centring -> waiting -> [bias ramp -> bias hold] -> perturbing -> returning -> done
 ///
 /// The bias phases are left out when `bias` is zero. With a driver that does not actuate, the trial is one
 /// segment of the recording: waiting up to its onset, perturbing up to its last row.
+///
+/// In a contraction nothing perturbs: from the onset on the handle is held where it is for `hold`, in the
+/// phase of the perturbation with a commanded displacement of zero. `bias`, `direction`, `amplitude` and
+/// `rise_time` say nothing.
 struct TrialProgram {
   std::uint64_t number = 0;  ///< Echoed in samples and result; not 0.
+  TrialKind kind = TrialKind::kPerturbation;
 
   Eigen::Vector2d posture = Eigen::Vector2d::Zero();  ///< p_SE, m.
   ShoulderPose shoulder;                              ///< Where the subject sits for this posture.
@@ -72,6 +82,8 @@ struct TrialResult {
   /// before the hand moves, its `commanded` is the step.
   std::uint64_t onset_sequence = 0;
   std::uint64_t last_sequence = 0;  ///< Last sample that bears the trial's number; inclusive.
+  bool is_onset_marked = false;     ///< By the driver's digital output.
+  std::uint64_t mark_sequence = 0;  ///< Sample in whose cycle the output went high.
   std::int64_t first_ns = 0;
   std::int64_t onset_ns = 0;
   std::int64_t last_ns = 0;

@@ -105,11 +105,9 @@ Result<void> validate(const LoopConfig& config, const drivers::Capabilities& dri
   return {};
 }
 
-Result<void> validate(const TrialProgram& program, const SafetyLimits& limits, bool actuates) {
-  if (program.number == 0) {
-    return fail(ErrorCode::kInvalidArgument, "trial: number is 0, allowed is 1 or more");
-  }
-  if (!actuates) return {};
+namespace {
+
+Result<void> validate_motion(const TrialProgram& program, const SafetyLimits& limits) {
   const Eigen::Rotation2Dd shoulder_to_robot(program.shoulder.angle);
   const Eigen::Vector2d target = program.shoulder.origin + shoulder_to_robot * program.posture;
   const double distance = (target - limits.workspace_centre).norm();
@@ -138,6 +136,24 @@ Result<void> validate(const TrialProgram& program, const SafetyLimits& limits, b
       .within("hold_s", program.hold, 0.05, 60.0)
       .within("return_time_s", program.return_time, 0.1, 30.0)
       .result();
+}
+
+}  // namespace
+
+Result<void> validate(const TrialProgram& program, const SafetyLimits& limits, bool actuates) {
+  if (program.number == 0) {
+    return fail(ErrorCode::kInvalidArgument, "trial: number is 0, allowed is 1 or more");
+  }
+  if (!actuates) return {};
+  TrialProgram moved = program;
+  if (program.kind == TrialKind::kContraction) {  // what it does not use says nothing
+    const TrialProgram unused;
+    moved.bias = unused.bias;
+    moved.direction = unused.direction;
+    moved.amplitude = 0.0;
+    moved.rise_time = unused.rise_time;
+  }
+  return validate_motion(moved, limits);
 }
 
 ShoulderPose shoulder_for(const Eigen::Vector2d& home, const Eigen::Vector2d& p_SE, double angle) {

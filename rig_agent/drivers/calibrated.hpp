@@ -29,7 +29,13 @@ class Calibrated final : public Driver {
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override { return driver_->write(torque); }
   void begin_trial(const TrialNotice& notice) noexcept override { driver_->begin_trial(notice); }
   void heartbeat(bool level) noexcept override { driver_->heartbeat(level); }
-  void set_onset(bool is_on) noexcept override { driver_->set_onset(is_on); }
+  bool set_onset(bool is_on) noexcept override { return driver_->set_onset(is_on); }
+  [[nodiscard]] std::span<const AuxiliaryChannel> auxiliary_channels() const noexcept override {
+    return driver_->auxiliary_channels();
+  }
+  void read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept override {
+    driver_->read_auxiliary(counts, values);
+  }
   bool disable() noexcept override { return driver_->disable(); }
 
  private:

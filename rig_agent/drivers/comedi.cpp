@@ -19,8 +19,9 @@ std::int64_t monotonic_ns() noexcept {
 
 void Comedi::Close::operator()(comedi_t_struct* card) const noexcept { comedi_close(card); }
 
-Comedi::Comedi(const ComediConfig& config, const RigGeometry& geometry)
-    : config_(config), geometry_(geometry) {}
+Comedi::Comedi(const ComediConfig& config, const RigGeometry& geometry,
+               std::vector<AuxiliaryChannel> auxiliary)
+    : config_(config), auxiliary_(std::move(auxiliary)), geometry_(geometry) {}
 
 Comedi::~Comedi() { Comedi::deactivate(); }
 
@@ -45,7 +46,9 @@ Result<void> Comedi::configure(double period) {
     return fail(ErrorCode::kUnavailable, fmt::format("comedi {}: cannot be opened: {}", config_.device,
                                                      comedi_strerror(comedi_errno())));
   }
-  if (auto set_up = set_up_channels(); !set_up) {
+  auto set_up = set_up_channels();
+  if (set_up) set_up = set_up_auxiliary(period);
+  if (!set_up) {
     card_.reset();
     return set_up;
   }
@@ -96,6 +99,37 @@ Result<void> Comedi::set_up_channels() {
     return refuse("emergency stop", stop);
   }
   return {};
+}
+
+Result<void> Comedi::set_up_auxiliary(double period) {
+  const auto refuse_channel = [&](const std::string& name, const std::string& why) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("comedi {}: auxiliary channel {}: {}", config_.device, name, why));
+  };
+  auxiliary_inputs_.clear();
+  for (const AuxiliaryChannel& channel : auxiliary_) {
+    const auto wired = std::find_if(config_.auxiliary.begin(), config_.auxiliary.end(),
+                                    [&](const auto& input) { return input.name == channel.name; });
+    if (wired == config_.auxiliary.end())
+      return refuse_channel(channel.name, "has no input; expected [[comedi.auxiliary]] of this name");
+    constexpr double kTolerance = 1e-6;
+    if (channel.rate * period > 1.0 + kTolerance)
+      return refuse_channel(channel.name,
+                            fmt::format("rate_Hz: {} is not allowed; expected at most {:g}, one "
+                                        "value in each cycle of the loop",
+                                        channel.rate, 1.0 / period));
+    TONUS_TRY(check("auxiliary channel", wired->input, COMEDI_SUBD_AI));
+    TONUS_TRY_ASSIGN(const Scale scale, scale_of("auxiliary channel", wired->input));
+    auxiliary_inputs_.push_back({wired->input, scale});
+  }
+  if (config_.auxiliary.size() == auxiliary_.size()) return {};
+  for (const ComediAuxiliary& input : config_.auxiliary) {
+    const bool is_known = std::any_of(auxiliary_.begin(), auxiliary_.end(),
+                                      [&](const auto& channel) { return channel.name == input.name; });
+    if (!is_known)
+      return refuse_channel(input.name, "is not in the profile; expected [[auxiliary]] of this name");
+  }
+  return refuse_channel(config_.auxiliary.back().name, "is wired more than once");
 }
 
 Result<void> Comedi::check(const char* what, const ComediChannel& channel, int type) const {
@@ -153,8 +187,19 @@ void Comedi::heartbeat(bool level) noexcept {
   if (is_active_) (void)write_line(config_.heartbeat, level);
 }
 
-void Comedi::set_onset(bool is_on) noexcept {
-  if (is_active_) (void)write_line(config_.onset, is_on);
+bool Comedi::set_onset(bool is_on) noexcept {
+  return is_active_ && config_.onset && write_line(config_.onset, is_on);
+}
+
+void Comedi::read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept {
+  if (!is_active_) return;
+  std::size_t place = 0;
+  for (std::size_t i = 0; i < auxiliary_inputs_.size(); ++i) {
+    double volts = 0.0;
+    if (counts[i] > 0 && read_volts(auxiliary_inputs_[i].channel, auxiliary_inputs_[i].scale, volts))
+      values[place + counts[i] - 1] = static_cast<float>(volts);
+    place += counts[i];
+  }
 }
 
 bool Comedi::disable(const ComediConfig& config) noexcept {
@@ -188,7 +233,8 @@ DriverStatus Comedi::read(Reading& reading) noexcept {
   last_ns_ = std::max(last_ns_ + 1, monotonic_ns());
   taken.raw.acquisition_ns = last_ns_;
   for (std::size_t i = 0; i < 2; ++i) {
-    if (!read_counter(i, taken.raw.encoder_count[i]) || !read_volts(i, taken.raw.force_V[i]))
+    if (!read_counter(i, taken.raw.encoder_count[i]) ||
+        !read_volts(config_.force[i], inputs_[i], taken.raw.force_V[i]))
       return DriverStatus::kDisconnected;
   }
   if (config_.emergency_stop) {
@@ -224,9 +270,7 @@ bool Comedi::read_counter(std::size_t i, double& count) noexcept {
   return true;
 }
 
-bool Comedi::read_volts(std::size_t i, double& volts) noexcept {
-  const ComediChannel& channel = config_.force[i];
-  const Scale& scale = inputs_[i];
+bool Comedi::read_volts(const ComediChannel& channel, const Scale& scale, double& volts) noexcept {
   lsampl_t value = 0;
   if (comedi_data_read(card_.get(), channel.subdevice, channel.channel, channel.range, channel.reference,
                        &value) < 0)

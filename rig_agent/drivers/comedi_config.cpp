@@ -8,6 +8,7 @@
 #include "services/config/checked_table.hpp"
 #include "services/config/toml_text.hpp"
 #include "services/core/text_file.hpp"
+#include "services/mechanics/auxiliary_channel.hpp"
 
 namespace tonus::drivers {
 namespace {
@@ -35,16 +36,21 @@ void read(CheckedTable encoders, std::array<ComediChannel, 2>& channels, std::op
   encoders.finish();
 }
 
-/// `reference`: where an analogue input's second wire is.
-void read_force(CheckedTable force, std::array<ComediChannel, 2>& channels) {
+/// `reference`: where an analogue input's second wire is. Nothing where the value is refused.
+std::optional<unsigned> read_reference(CheckedTable& input) {
   static const std::vector<std::string> kReferences{"ground", "common", "differential", "other"};
+  const auto name = input.one_of("reference", kReferences, kReferences.front());
+  const auto found = std::find(kReferences.begin(), kReferences.end(), name);
+  if (found == kReferences.end()) return {};
+  return static_cast<unsigned>(found - kReferences.begin());
+}
+
+void read_force(CheckedTable force, std::array<ComediChannel, 2>& channels) {
   read_pair(force, "subdevice", true, channels, &ComediChannel::subdevice);
   read_pair(force, "channel", true, channels, &ComediChannel::channel);
   read_pair(force, "range", false, channels, &ComediChannel::range);
-  const auto name = force.one_of("reference", kReferences, kReferences.front());
-  const auto found = std::find(kReferences.begin(), kReferences.end(), name);
-  if (found != kReferences.end()) {
-    for (auto& channel : channels) channel.reference = static_cast<unsigned>(found - kReferences.begin());
+  if (const auto reference = read_reference(force)) {
+    for (auto& channel : channels) channel.reference = *reference;
   }
   force.finish();
 }
@@ -68,6 +74,16 @@ ComediChannel read_line(CheckedTable& line) {
   return channel;
 }
 
+ComediAuxiliary read_auxiliary(CheckedTable table) {
+  ComediAuxiliary auxiliary;
+  auxiliary.name = table.text("name", 1, 32);
+  auxiliary.input = read_line(table);
+  table.count("range", auxiliary.input.range, 0, kMostChannels);
+  auxiliary.input.reference = read_reference(table).value_or(0);
+  table.finish();
+  return auxiliary;
+}
+
 void read(CheckedTable comedi, ComediConfig& config) {
   config.device = comedi.text("device", 1, 255, config.device);
   read(comedi.table("encoders"), config.encoders, config.counter_mode);
@@ -88,6 +104,8 @@ void read(CheckedTable comedi, ComediConfig& config) {
   read_output("enable", config.enable);
   read_output("heartbeat", config.heartbeat);
   read_output("onset", config.onset);
+  for (CheckedTable& table : comedi.tables("auxiliary", 0, kMostAuxiliaryChannels))
+    config.auxiliary.push_back(read_auxiliary(table));
   comedi.finish();
 }
 

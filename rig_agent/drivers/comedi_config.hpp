@@ -5,6 +5,7 @@
 #include <optional>
 #include <string>
 #include <string_view>
+#include <vector>
 
 #include "services/config/checked_table.hpp"
 #include "services/core/result.hpp"
@@ -17,6 +18,13 @@ struct ComediChannel {
   unsigned channel = 0;
   unsigned range = 0;      ///< Index among the channel's ranges.
   unsigned reference = 0;  ///< AREF_GROUND 0, AREF_COMMON 1, AREF_DIFF 2, AREF_OTHER 3.
+};
+
+/// The analogue input of an auxiliary channel; what is measured there, the rig's profile says
+/// (`[[auxiliary]]`).
+struct ComediAuxiliary {
+  std::string name;  ///< The channel's in the profile.
+  ComediChannel input;
 };
 
 /// What is connected to a card. Two channels each: inner and outer joint, the sensor's x and y axis.
@@ -35,7 +43,8 @@ struct ComediConfig {
   /// still.
   std::optional<ComediChannel> heartbeat;
   std::optional<ComediChannel> onset;  ///< Digital output that is high during a perturbation.
-  bool is_pressed_when_high = true;    ///< A broken wire should read as pressed: wire it so.
+  std::vector<ComediAuxiliary> auxiliary;
+  bool is_pressed_when_high = true;  ///< A broken wire should read as pressed: wire it so.
 };
 
 /// The table [comedi] of a TOML file; rig_agent/drivers/README.md has all keys. Refuses unknown keys, missing

@@ -3,9 +3,11 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <span>
 
 #include "rig_agent/control/instruction_name.hpp"
 #include "services/core/result.hpp"
+#include "services/mechanics/auxiliary_channel.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::drivers {
@@ -41,6 +43,7 @@ struct TrialNotice {
   Eigen::Vector2d posture = Eigen::Vector2d::Zero();
   std::uint32_t segment = 0;
   control::InstructionName instruction{};  ///< What the subject is told; a real one reads it on his page.
+  bool is_contraction = false;             ///< The handle is to be held while the subject contracts.
 };
 
 /// What kind of device stands behind the interface; constant after configure().
@@ -55,6 +58,8 @@ struct Capabilities {
   bool can_disable = false;
   /// s without a write after which the device itself drops the torque; 0: it does not.
   double own_watchdog = 0.0;
+  /// set_onset() moves a digital output that other recorders can see.
+  bool marks_onset = false;
 };
 
 /// A rig's hardware, as the realtime loop sees it. The loop never asks which driver it has.
@@ -88,6 +93,8 @@ class Driver {
 
   [[nodiscard]] virtual Capabilities capabilities() const noexcept = 0;
   [[nodiscard]] virtual const RigGeometry& geometry() const noexcept = 0;
+  /// What the device measures beside force and motion. Final after configure().
+  [[nodiscard]] virtual std::span<const AuxiliaryChannel> auxiliary_channels() const noexcept { return {}; }
 
   /// REALTIME. Fills the reading when kOk, leaves it alone otherwise.
   virtual DriverStatus read(Reading& reading) noexcept = 0;
@@ -101,7 +108,13 @@ class Driver {
   /// away when the line stands still.
   virtual void heartbeat(bool /*level*/) noexcept {}
   /// REALTIME. True in the cycle in which a perturbation begins, false when it is over: for other recorders.
-  virtual void set_onset(bool /*is_on*/) noexcept {}
+  /// False: there is no output, or the device has not taken it.
+  virtual bool set_onset(bool /*is_on*/) noexcept { return false; }
+  /// REALTIME. Once a cycle after write(), where there are auxiliary channels and the read() was kOk: for
+  /// each channel in turn the newest counts[i] values up to that read, in the order of time. `values` comes
+  /// with NaN in every place; what was not measured is left so.
+  virtual void read_auxiliary(std::span<const std::uint32_t> /*counts*/,
+                              std::span<float> /*values*/) noexcept {}
 
   /// Drops the torque by a way of its own and keeps it down until the next activate(). From any thread, also
   /// while another one hangs in read() or write(). False: it cannot, or the device has not confirmed it.

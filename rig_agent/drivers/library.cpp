@@ -1,7 +1,9 @@
 #include "rig_agent/drivers/library.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstring>
 #include <dlfcn.h>
 #include <spdlog/fmt/fmt.h>
 
@@ -28,6 +30,11 @@ DriverStatus status_of(int result) noexcept {
     default:
       return DriverStatus::kFailed;
   }
+}
+
+template <std::size_t kSize>
+std::string text_in(const char (&text)[kSize]) {
+  return {text, ::strnlen(text, kSize)};
 }
 
 bool is_complete(const tonus_driver_v1_table& t) {
@@ -77,7 +84,9 @@ Result<Library::Tables> Library::open(const std::filesystem::path& file) {
   if (table == nullptr) return refuse(name, "its function returned no table");
   const bool is_second = extended != nullptr;
   const std::uint32_t version = is_second ? TONUS_DRIVER_VERSION_2 : TONUS_DRIVER_VERSION;
-  const std::size_t size = is_second ? sizeof(tonus_driver_v2_table) : sizeof(tonus_driver_v1_table);
+  // The first libraries of version 2 knew no auxiliary channels.
+  const std::size_t size =
+      is_second ? offsetof(tonus_driver_v2_table, count_auxiliary) : sizeof(tonus_driver_v1_table);
   const bool has_size = is_second ? table->size >= size : table->size == size;
   if (table->version != version || !has_size) {
     return refuse(name, fmt::format("version is {} with a table of {} bytes, allowed is {} with {} bytes",
@@ -89,7 +98,12 @@ Result<Library::Tables> Library::open(const std::filesystem::path& file) {
   if (!is_second) return tables;
   if (extended->describe_safety == nullptr || extended->disable == nullptr)
     return refuse(name, "describe_safety or disable is missing from its table");
-  tables.extra = *extended;
+  std::memcpy(&tables.extra, extended, std::min<std::size_t>(table->size, sizeof tables.extra));
+  const auto& extra = tables.extra;
+  const int parts = (extra.count_auxiliary != nullptr) + (extra.describe_auxiliary != nullptr) +
+                    (extra.read_auxiliary != nullptr);
+  if (parts != 0 && parts != 3)
+    return refuse(name, "of count_auxiliary, describe_auxiliary and read_auxiliary one is missing");
   return tables;
 }
 
@@ -136,7 +150,35 @@ Result<void> Library::configure(double period) {
       return refuse(name_,
                     fmt::format("watchdog_ms: {} is not allowed; expected 0 to 10000", safety_.watchdog_ms));
   }
+  TONUS_TRY(describe_auxiliary());
   is_configured_ = true;
+  return {};
+}
+
+Result<void> Library::describe_auxiliary() {
+  auxiliary_.clear();
+  const std::uint32_t count = extra_.count_auxiliary == nullptr ? 0 : extra_.count_auxiliary(rig_);
+  if (count > kMostAuxiliaryChannels)
+    return refuse(name_, fmt::format("auxiliary channels: {} are not allowed; expected at most {}", count,
+                                     kMostAuxiliaryChannels));
+  for (std::uint32_t i = 0; i < count; ++i) {
+    tonus_driver_auxiliary d{};
+    extra_.describe_auxiliary(rig_, i, &d);
+    auxiliary_.push_back({text_in(d.name), text_in(d.type), text_in(d.unit), d.unit_per_value, d.rate_Hz});
+  }
+  for (const auto& stated : stated_) {
+    const auto own = std::find_if(auxiliary_.begin(), auxiliary_.end(),
+                                  [&](const auto& channel) { return channel.name == stated.name; });
+    if (own == auxiliary_.end())
+      return refuse(
+          name_,
+          fmt::format("auxiliary channel {} is not allowed; expected one that the library has", stated.name));
+    if (own->rate != stated.rate)
+      return refuse(name_, fmt::format("auxiliary channel {}: rate_Hz: {} is not allowed; expected {}, the "
+                                       "library's",
+                                       stated.name, stated.rate, own->rate));
+    *own = stated;
+  }
   return {};
 }
 
@@ -194,8 +236,14 @@ void Library::heartbeat(bool level) noexcept {
   if (is_active_ && extra_.heartbeat != nullptr) extra_.heartbeat(rig_, level ? 1 : 0);
 }
 
-void Library::set_onset(bool is_on) noexcept {
-  if (is_active_ && extra_.set_onset != nullptr) extra_.set_onset(rig_, is_on ? 1 : 0);
+bool Library::set_onset(bool is_on) noexcept {
+  if (!is_active_ || extra_.set_onset == nullptr) return false;
+  extra_.set_onset(rig_, is_on ? 1 : 0);
+  return true;
+}
+
+void Library::read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept {
+  if (is_active_ && !auxiliary_.empty()) extra_.read_auxiliary(rig_, counts.data(), values.data());
 }
 
 bool Library::disable() noexcept {

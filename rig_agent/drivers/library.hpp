@@ -4,6 +4,7 @@
 #include <functional>
 #include <memory>
 #include <string>
+#include <vector>
 
 #include "rig_agent/drivers/driver.hpp"
 #include "rig_agent/drivers/tonus_driver.h"
@@ -28,14 +29,24 @@ class Library final : public Driver {
     return {.has_own_clock = has_own_clock_,
             .moves_nothing_real = safety_.moves_nothing_real != 0,
             .can_disable = extra_.disable != nullptr,
-            .own_watchdog = 1e-3 * safety_.watchdog_ms};
+            .own_watchdog = 1e-3 * safety_.watchdog_ms,
+            .marks_onset = extra_.set_onset != nullptr};
   }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
   void begin_trial(const TrialNotice& notice) noexcept override;
   void heartbeat(bool level) noexcept override;
-  void set_onset(bool is_on) noexcept override;
+  bool set_onset(bool is_on) noexcept override;
+  [[nodiscard]] std::span<const AuxiliaryChannel> auxiliary_channels() const noexcept override {
+    return auxiliary_;
+  }
+  void read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept override;
+
+  /// What the rig's file says of the library's channels, by name, in place of what the library says: type,
+  /// unit and scale, which depend on what is connected. Before configure(), which refuses a name that the
+  /// library does not have, and another rate than its own.
+  void state_auxiliary(std::vector<AuxiliaryChannel> channels) { stated_ = std::move(channels); }
   bool disable() noexcept override;
 
   /// The library's disable() for a process that uses nothing else of it; the library stays loaded. The errors
@@ -56,6 +67,8 @@ class Library final : public Driver {
   };
   [[nodiscard]] static Result<Tables> open(const std::filesystem::path& file);
 
+  [[nodiscard]] Result<void> describe_auxiliary();
+
   Library(Tables tables, void* rig, std::string name, std::string options)
       : handle_(std::move(tables.handle)),
         table_(tables.base),
@@ -72,6 +85,8 @@ class Library final : public Driver {
   const std::string options_;
   tonus_driver_safety safety_{};
   RigGeometry geometry_;
+  std::vector<AuxiliaryChannel> stated_;
+  std::vector<AuxiliaryChannel> auxiliary_;
   bool has_own_clock_ = false;
   bool is_configured_ = false;
   bool is_active_ = false;

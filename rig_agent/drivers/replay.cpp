@@ -1,5 +1,6 @@
 #include "rig_agent/drivers/replay.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
@@ -45,6 +46,13 @@ Result<void> Replay::configure(double period) {
     return refuse(fmt::format("the loop's period is {} s, allowed is the recording's {} s", period,
                               1.0 / recording_.rate));
   }
+  TONUS_TRY(tonus::validate(recording_.auxiliary_channels, recording_.rate));
+  const std::size_t values =
+      recording_.rows.size() * values_per_sample(recording_.auxiliary_channels, recording_.rate);
+  if (recording_.auxiliary.size() != values) {
+    return refuse(fmt::format("auxiliary values: {} are not allowed; expected {} for these rows and channels",
+                              recording_.auxiliary.size(), values));
+  }
   for (std::size_t i = 0; i < recording_.segments.size(); ++i) {
     if (auto valid = validate(recording_, i); !valid) return valid;
   }
@@ -81,6 +89,14 @@ DriverStatus Replay::read(Reading& reading) noexcept {
   last_ns_ = reading.raw.acquisition_ns;
   ++next_;
   return DriverStatus::kOk;
+}
+
+// Of the row that the last read() gave; a recording has one row a cycle, so that all its values are due.
+void Replay::read_auxiliary(std::span<const std::uint32_t> /*counts*/, std::span<float> values) noexcept {
+  if (!is_active_ || next_ == 0) return;
+  const std::size_t first = (next_ - 1) * values.size();
+  std::copy_n(recording_.auxiliary.begin() + static_cast<std::ptrdiff_t>(first), values.size(),
+              values.begin());
 }
 
 DriverStatus Replay::write(const Eigen::Vector2d& torque) noexcept {

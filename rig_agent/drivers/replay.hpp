@@ -29,6 +29,9 @@ struct Recording {
   double rate = 200.0;  ///< Hz.
   std::vector<RecordedRow> rows;
   std::vector<RecordedSegment> segments;
+  std::vector<AuxiliaryChannel> auxiliary_channels;
+  /// Row by row what the channels gave with it, as the loop would have it (AuxiliaryChannel).
+  std::vector<float> auxiliary;
 };
 
 /// Plays a recording, one row a period, one segment a trial: TrialNotice::segment chooses it. Between
@@ -49,6 +52,10 @@ class Replay final : public Driver {
     return {.actuates = false, .has_own_clock = true, .moves_nothing_real = true};
   }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return recording_.geometry; }
+  [[nodiscard]] std::span<const AuxiliaryChannel> auxiliary_channels() const noexcept override {
+    return recording_.auxiliary_channels;
+  }
+  void read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept override;
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
   /// A segment that the recording has not leaves nothing to play.

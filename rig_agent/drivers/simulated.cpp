@@ -15,6 +15,7 @@ Result<void> Simulated::configure(double period) {
     return fail(ErrorCode::kInvalidArgument,
                 fmt::format("simulated: period is {} s, allowed is 0.00001 s to 0.02 s", period));
   }
+  TONUS_TRY(simulation::validate_auxiliary(profile_.auxiliary));
   plant_ = std::make_unique<simulation::Plant>(profile_, period);
   return {};
 }
@@ -53,6 +54,15 @@ DriverStatus Simulated::write(const Eigen::Vector2d& torque) noexcept {
   return is_good ? DriverStatus::kOk : DriverStatus::kFailed;
 }
 
+void Simulated::read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept {
+  if (is_active_) plant_->measure_auxiliary(counts, values);
+}
+
+bool Simulated::set_onset(bool is_on) noexcept {
+  if (is_active_) plant_->show_onset(is_on);
+  return is_active_;
+}
+
 // A subject who stays seated goes on with the motion of the trial before.
 void Simulated::begin_trial(const TrialNotice& notice) noexcept {
   if (!is_active_) return;
@@ -60,7 +70,7 @@ void Simulated::begin_trial(const TrialNotice& notice) noexcept {
                        notice.shoulder.angle == seat_.shoulder.angle &&
                        notice.shoulder.origin == seat_.shoulder.origin;
   if (!is_same) plant_->seat(notice.shoulder, notice.posture);
-  plant_->begin_trial(simulation::instruction_named(notice.instruction.c_str()));
+  plant_->begin_trial(simulation::instruction_named(notice.instruction.c_str()), notice.is_contraction);
   seat_ = notice;
   is_seated_ = true;
 }

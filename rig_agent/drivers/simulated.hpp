@@ -13,6 +13,8 @@ namespace tonus::drivers {
 
 /// A rig that is computed: simulation::Plant with encoders and force sensor. Its clock is its own, begins at
 /// 0 and advances by one period with every write(). begin_trial() seats the subject at the new shoulder pose.
+/// Auxiliary channels are the subject's muscles and the onset's digital output, by the names of
+/// simulation::auxiliary_sources().
 /// Deterministic: the same profile and the same writes give the same readings, to the bit.
 class Simulated final : public Driver {
  public:
@@ -22,9 +24,19 @@ class Simulated final : public Driver {
   Result<void> activate() override;
   void deactivate() noexcept override;
   [[nodiscard]] Capabilities capabilities() const noexcept override {
-    return {.actuates = true, .has_own_clock = true, .moves_nothing_real = true, .can_disable = true};
+    return {.actuates = true,
+            .has_own_clock = true,
+            .moves_nothing_real = true,
+            .can_disable = true,
+            .marks_onset = true};
   }
   [[nodiscard]] const RigGeometry& geometry() const noexcept override { return geometry_; }
+  [[nodiscard]] std::span<const AuxiliaryChannel> auxiliary_channels() const noexcept override {
+    return profile_.auxiliary;
+  }
+  void read_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept override;
+  /// A lamp that the subject sees: he contracts when it goes on in a contraction.
+  bool set_onset(bool is_on) noexcept override;
   DriverStatus read(Reading& reading) noexcept override;
   DriverStatus write(const Eigen::Vector2d& torque) noexcept override;
   void begin_trial(const TrialNotice& notice) noexcept override;

@@ -103,6 +103,16 @@ typedef struct tonus_driver_v1_table {
 /* The one symbol of version 1. */
 const tonus_driver_v1_table* tonus_driver_v1(void);
 
+/* A signal that the rig measures beside force and motion: EMG, grip force, a trigger. In `unit` it is value *
+ * unit_per_value. Texts end with a zero. */
+typedef struct tonus_driver_auxiliary {
+  char name[33]; /* letters and digits, each channel's its own */
+  char type[16]; /* of BIDS: EMG, ECG, EOG, EYEGAZE, GSR, PPG, PUPIL, RESP, TEMP, TRIG or MISC */
+  char unit[17];
+  double unit_per_value; /* not 0 */
+  double rate_Hz;        /* a whole multiple of the rig's sample rate, at most 4000 */
+} tonus_driver_auxiliary;
+
 /* Version 2: what happens when the program or the computer does not go on. */
 typedef struct tonus_driver_safety {
   double watchdog_ms; /* the device itself drops the torque when no write comes for so long; 0: it does not */
@@ -112,7 +122,8 @@ typedef struct tonus_driver_safety {
 
 typedef struct tonus_driver_v2_table {
   tonus_driver_v1_table base; /* base.version is TONUS_DRIVER_VERSION_2, base.size that of this whole table. A
-                               * larger table is accepted: later members are added at the end. */
+                               * larger table is accepted, and a smaller one that ends before
+                               * count_auxiliary: later members are added at the end. */
 
   /* Asked for after configure(), constant from then on. */
   void (*describe_safety)(void* rig, tonus_driver_safety* safety);
@@ -129,6 +140,17 @@ typedef struct tonus_driver_v2_table {
    * begins, 0 when it is over, for a digital output that other recorders can see. */
   void (*heartbeat)(void* rig, int32_t level);
   void (*set_onset)(void* rig, int32_t is_on);
+
+  /* Auxiliary channels; all three or none. How many there are, at most 32, and what the one of this number
+   * is: asked for after configure(), constant from then on. */
+  uint32_t (*count_auxiliary)(void* rig);
+  void (*describe_auxiliary)(void* rig, uint32_t channel, tonus_driver_auxiliary* description);
+
+  /* Realtime: in each cycle after write(). For each channel in turn, the newest counts[channel] values up to
+   * the cycle's read(), in the order of time: with a rate of 2 kHz in a loop of 1 kHz two a cycle, the last
+   * one as old as the reading itself. A channel slower than the loop has 0 in most cycles. Every place holds
+   * a NaN before; what was not measured is left so. */
+  void (*read_auxiliary)(void* rig, const uint32_t* counts, float* values);
 } tonus_driver_v2_table;
 
 /* The one symbol of version 2; looked up first. */

@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <set>
+#include <spdlog/fmt/fmt.h>
 #include <utility>
 
 namespace tonus::archive {
@@ -47,9 +48,10 @@ Result<void> Ingest::recover() {
     Stream& stream = stream_of(record.key);
     stream.origin = record.origin;
     stream.seen_end = std::max(record.origin, record.coverage.end());
-    stream.received = record.coverage;
-    stream.known = record.coverage;
-    stream.durable = std::move(record.coverage);
+    stream.auxiliary_values = record.auxiliary_values;
+    stream.durable = record.whole();
+    stream.samples.received = stream.samples.known = std::move(record.coverage);
+    stream.auxiliary.received = stream.auxiliary.known = std::move(record.auxiliary_coverage);
     stream.resent = record.resent;
     stream.duplicated = record.duplicated;
     stream.origin_claimed = clock_.now();
@@ -83,7 +85,10 @@ Result<void> Ingest::recover() {
 
 Ingest::Stream& Ingest::stream_of(const store::StreamKey& key) {
   const auto [place, is_new] = streams_.try_emplace(key);
-  if (is_new) place->second.gaps = GapWatch(options_.gaps);
+  if (!is_new) return place->second;
+  place->second.gaps = GapWatch(options_.gaps);
+  if (const auto described = auxiliary_values_.find(key.rig); described != auxiliary_values_.end())
+    place->second.auxiliary_values = described->second;
   return place->second;
 }
 
@@ -112,49 +117,77 @@ void Ingest::hold(std::size_t bytes) {
 void Ingest::take(store::Block block) {
   hear_of(block.stream);
   Stream& stream = stream_of(block.stream);
-  stream.seen_end = std::max(stream.seen_end, block.range().end);
+  if (!block.is_auxiliary) stream.seen_end = std::max(stream.seen_end, block.range().end);
   if (waiting_bytes_ + block.payload->size() > options_.backlog_bytes) {
     ++refused_blocks_;
     return;
   }
   const bool is_let_go_later =
       block.trial == kNoId && is_idle(clock_.now()) && clock_.now() >= stream.keep_until;
-  const std::uint64_t fresh =
-      is_let_go_later ? stream.known.add(block.range()) : stream.received.add(block.range());
-  stream.resent += block.is_resent ? fresh : 0;
-  stream.duplicated += block.count - fresh;
+  const auto coverage = is_let_go_later ? &Part::known : &Part::received;
+  const auto whole = [&] { return block.is_resent ? stream.whole(coverage).count_in(block.range()) : 0; };
+  const std::uint64_t whole_before = whole();
+  const std::uint64_t fresh = (stream.part_of(block).*coverage).add(block.range());
+  const std::uint64_t resent = whole() - whole_before;
+  const std::uint64_t duplicated = block.is_auxiliary ? 0 : block.count - fresh;
+  stream.resent += resent;
+  stream.duplicated += duplicated;
   stream.is_changed |= !is_let_go_later;
-  count_for_trial(block, fresh);
+  count_for_trial(block, resent, duplicated);
   if (fresh == 0) {
     // A rig that sends again what is here has not got its receipt.
     const bool is_long_ago = clock_.now() >= stream.receipt_given + options_.receipt_interval;
     stream.owes_receipt |= block.is_resent && is_long_ago;
     return;
   }
-  samples_ += block.count;
+  samples_ += block.is_auxiliary ? 0 : block.count;
   sample_bytes_ += block.payload->size();
   if (!is_let_go_later) return keep(stream, std::move(block));
   stream.ring_bytes += block.payload->size();
   stream.ring.push_back({clock_.now(), std::move(block)});
 }
 
+Result<void> Ingest::take_auxiliary(store::Block block, std::uint32_t values_per_sample) {
+  const auto stream = streams_.find(block.stream);
+  const auto described = auxiliary_values_.find(block.stream.rig);
+  std::uint32_t expected = described == auxiliary_values_.end() ? 0 : described->second;
+  if (stream != streams_.end()) expected = stream->second.auxiliary_values;
+  if (values_per_sample != expected || expected == 0) {
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("rig/auxiliary: {} values with each sample are not allowed; the rig describes {}",
+                            values_per_sample, expected));
+  }
+  take(std::move(block));
+  return {};
+}
+
+void Ingest::note_auxiliary(const Id& rig, std::uint32_t values_per_sample) {
+  auxiliary_values_[rig] = values_per_sample;
+  const auto is_of_rig = [&](const auto& stream) { return stream.first.rig == rig; };
+  const auto newest = std::find_if(streams_.rbegin(), streams_.rend(), is_of_rig);
+  if (newest == streams_.rend() || !newest->second.durable.ranges().empty()) return;
+  if (std::exchange(newest->second.auxiliary_values, values_per_sample) == values_per_sample) return;
+  newest->second.is_changed = true;
+  hold(0);
+}
+
 void Ingest::keep(Stream& stream, store::Block block) {
-  stream.received.add(block.range());
-  stream.known.add(block.range());
+  stream.part_of(block).received.add(block.range());
+  stream.part_of(block).known.add(block.range());
   stream.is_changed = true;
   hold(block.payload->size());
   batch_.blocks.push_back(std::move(block));
 }
 
-void Ingest::count_for_trial(const store::Block& block, std::uint64_t fresh) {
-  const bool is_plain = !block.is_resent && fresh == block.count;
+void Ingest::count_for_trial(const store::Block& block, std::uint64_t resent, std::uint64_t duplicated) {
+  const bool is_plain = !block.is_resent && duplicated == 0;
   if (block.trial == kNoId || is_plain) return;
   if (std::find(closed_.begin(), closed_.end(), block.trial) != closed_.end()) return;
   if (!tallies_.contains(block.trial) && tallies_.size() >= kMostTallies) return;
   Tally& tally = tallies_[block.trial];
   tally.counts.trial = block.trial;
-  tally.counts.resent += block.is_resent ? fresh : 0;
-  tally.counts.duplicated += block.count - fresh;
+  tally.counts.resent += resent;
+  tally.counts.duplicated += duplicated;
   tally.is_changed = true;
 }
 
@@ -217,7 +250,7 @@ void Ingest::note_rig(const RigReport& report) {
 
 void Ingest::follow_claim(Stream& stream, const RigReport& report) {
   // The rig may have freed what a receipt covers. Where it was not ours, another archive has those samples.
-  if (report.received_through > stream.known.first_missing(stream.origin)) {
+  if (report.received_through > stream.known().first_missing(stream.origin)) {
     stream.origin = report.received_through;
     stream.origin_claimed = clock_.now();
     stream.is_changed = true;
@@ -259,9 +292,10 @@ std::vector<store::SequenceRange> Ingest::missing_of(const store::StreamKey& key
   wanted.add({stream.origin, frontier_of(key, stream)});
   for (const auto& [id, pending] : pending_)
     if (pending.record.stream == key && !pending.is_given_up) wanted.add(pending.record.range());
+  const store::Coverage known = stream.known();
   std::vector<store::SequenceRange> missing;
   for (const store::SequenceRange& range : wanted.ranges()) {
-    const auto gaps = stream.known.missing(range, kGapsAtOnce - missing.size());
+    const auto gaps = known.missing(range, kGapsAtOnce - missing.size());
     missing.insert(missing.end(), gaps.begin(), gaps.end());
     if (missing.size() >= kGapsAtOnce) break;
   }
@@ -276,7 +310,7 @@ void Ingest::note_session_end(const Id& session, std::uint32_t end) {
 bool Ingest::is_whole(const store::TrialRecord& trial) const {
   if (!trial.has_samples) return true;
   const auto stream = streams_.find(trial.stream);
-  return stream != streams_.end() && stream->second.received.covers(trial.range());
+  return stream != streams_.end() && stream->second.received().covers(trial.range());
 }
 
 bool Ingest::has_whole_trial() const {
@@ -317,7 +351,7 @@ void Ingest::give_up_trials(Clock::TimePoint now, Decisions& decisions) {
   for (auto& [id, pending] : pending_) {
     const auto stream = streams_.find(pending.record.stream);
     const std::uint64_t received =
-        stream == streams_.end() ? 0 : stream->second.received.count_in(pending.record.range());
+        stream == streams_.end() ? 0 : stream->second.received().count_in(pending.record.range());
     const bool is_new = received != std::exchange(pending.received, received);
     if (is_new || !failure_.empty() || !is_there(pending.record.stream.rig, now))
       pending.unchanged_since = now;
@@ -385,7 +419,7 @@ IngestStatus Ingest::status() const {
   status.sample_bytes = sample_bytes_;
   for (const auto& [key, stream] : streams_) {
     const store::SequenceRange known{stream.origin, frontier_of(key, stream)};
-    status.missing_samples += known.count() - stream.known.count_in(known);
+    status.missing_samples += known.count() - stream.known().count_in(known);
   }
   return status;
 }

@@ -94,6 +94,10 @@ struct IngestStatus {
 /// nothing of it gets a receipt that says how many samples are missing; should they come all the same, it
 /// gets a complete one.
 ///
+/// Auxiliary channels. Where the rig describes some, a sample counts as received when both it and the
+/// auxiliary values of its time are here; receipts, certificates and requests speak of such samples. How far
+/// a stream reaches is never taken from auxiliary values alone.
+///
 /// A session that has ended gets its certificate, the sums over its trials, with the commit that takes its
 /// end, and a new one with each later commit that changes one of its trials.
 ///
@@ -138,7 +142,12 @@ class Ingest {
   /// receipts of the newest session's trials and of every rig's stream.
   [[nodiscard]] Result<void> recover();
 
+  /// Of samples.
   void take(store::Block block);
+
+  /// Of auxiliary values, so many with each sample. kInvalidArgument, and nothing follows from it: that is
+  /// not what the rig describes.
+  [[nodiscard]] Result<void> take_auxiliary(store::Block block, std::uint32_t values_per_sample);
 
   /// Stores the message. With `is_state` (the last value of its key, which late joiners are given again) a
   /// repetition of the newest one of its key is left out. `session` is what the message names, or none.
@@ -148,6 +157,11 @@ class Ingest {
   void note_outcome(const store::TrialRecord& outcome);
   void note_rig(const RigReport& report);
   void note_plan(const store::SessionRecord& plan);
+
+  /// So many values of auxiliary channels come with each sample of the rig (0: none): of the streams that
+  /// begin from now on, and of the newest one if nothing of it is durable yet. What an earlier stream brings
+  /// is what was described then.
+  void note_auxiliary(const Id& rig, std::uint32_t values_per_sample);
   void note_session_end(const Id& session, std::uint32_t end);
 
   /// Does what is due.
@@ -164,20 +178,33 @@ class Ingest {
     Clock::TimePoint taken;
     store::Block block;
   };
+  /// Which numbers have come, of samples or of auxiliary values.
+  struct Part {
+    store::Coverage received;  ///< Durable or waiting.
+    store::Coverage let_go;    ///< Not stored, and not to be: idle.
+    store::Coverage known;     ///< Both, and what is in the ring.
+  };
   struct Stream {
     std::uint64_t origin = 0;
-    std::uint64_t seen_end = 0;       ///< One more than the largest number of a block.
-    std::uint64_t reported_next = 0;  ///< By the rig's newest state.
-    store::Coverage received;         ///< Durable or waiting.
-    store::Coverage let_go;           ///< Not stored, and not to be: idle.
-    store::Coverage known;            ///< Both, and what is in the ring.
-    store::Coverage durable;          ///< Received or let go, as of the last commit.
-    std::deque<Held> ring;            ///< Idle samples, oldest first.
+    std::uint64_t seen_end = 0;          ///< One more than the largest number of a block of samples.
+    std::uint64_t reported_next = 0;     ///< By the rig's newest state.
+    std::uint32_t auxiliary_values = 0;  ///< With each sample; 0: none.
+    Part samples;
+    Part auxiliary;
+    store::Coverage durable;  ///< Taken care of, as of the last commit.
+    std::deque<Held> ring;    ///< Idle samples, oldest first.
     std::size_t ring_bytes = 0;
     bool has_let_go = false;  ///< Since the last commit.
     bool is_faulted = false;
     Clock::TimePoint keep_until;  ///< After a fault.
 
+    [[nodiscard]] Part& part_of(const store::Block& block) {
+      return block.is_auxiliary ? auxiliary : samples;
+    }
+    /// Whole: the numbers that both parts have, or the samples alone where no auxiliary values come.
+    [[nodiscard]] store::Coverage whole(store::Coverage Part::*coverage) const;
+    [[nodiscard]] store::Coverage received() const { return whole(&Part::received); }
+    [[nodiscard]] store::Coverage known() const { return whole(&Part::known); }
     /// Received or let go.
     [[nodiscard]] store::Coverage taken_care_of() const;
     std::uint64_t resent = 0;
@@ -205,7 +232,7 @@ class Ingest {
   [[nodiscard]] std::vector<store::SequenceRange> missing_of(const store::StreamKey& key,
                                                              const Stream& stream) const;
   void hear_of(const store::StreamKey& key);
-  void count_for_trial(const store::Block& block, std::uint64_t fresh);
+  void count_for_trial(const store::Block& block, std::uint64_t resent, std::uint64_t duplicated);
   void hold(std::size_t bytes);
   void learn_of(const store::SessionRecord& session);
   [[nodiscard]] bool is_idle(Clock::TimePoint now) const;
@@ -234,7 +261,8 @@ class Ingest {
   Options options_;
 
   std::map<store::StreamKey, Stream> streams_;
-  std::map<Id, Clock::TimePoint> heard_rigs_;  ///< Since this program's start; when last.
+  std::map<Id, Clock::TimePoint> heard_rigs_;     ///< Since this program's start; when last.
+  std::map<Id, std::uint32_t> auxiliary_values_;  ///< By the rigs' descriptions.
   std::map<Id, Tally> tallies_;
   std::map<Id, PendingTrial> pending_;  ///< Outcomes without certificate.
   std::deque<Id> closed_;               ///< Trials certified last: late repetitions no longer count for them.

@@ -18,7 +18,7 @@ void Ingest::certify(store::TrialRecord& trial) const {
   store::Certificate& certificate = trial.certificate;
   certificate = {};
   certificate.expected = trial.range().count();
-  certificate.received = stream == streams_.end() ? 0 : stream->second.received.count_in(trial.range());
+  certificate.received = stream == streams_.end() ? 0 : stream->second.received().count_in(trial.range());
   certificate.missing = certificate.expected - certificate.received;
   if (tally != tallies_.end()) {
     certificate.resent = tally->second.counts.resent;
@@ -36,9 +36,11 @@ Result<void> Ingest::fill_batch() {
   batch_.certificates.clear();
   for (const auto& [key, stream] : streams_) {
     if (!stream.is_changed && !stream.has_let_go) continue;
-    const std::uint64_t origin =
-        stream.let_go.ranges().empty() ? stream.origin : stream.taken_care_of().first_missing(stream.origin);
-    batch_.streams.push_back({key, origin, stream.received, stream.resent, stream.duplicated});
+    const std::uint64_t origin = stream.samples.let_go.ranges().empty()
+                                     ? stream.origin
+                                     : stream.taken_care_of().first_missing(stream.origin);
+    batch_.streams.push_back({key, origin, stream.samples.received, stream.resent, stream.duplicated,
+                              stream.auxiliary_values, stream.auxiliary.received});
   }
   for (const auto& [id, tally] : tallies_) {
     if (tally.is_changed) batch_.tallies.push_back(tally.counts);

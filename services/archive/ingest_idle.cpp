@@ -7,10 +7,17 @@
 
 namespace tonus::archive {
 
+store::Coverage Ingest::Stream::whole(store::Coverage Part::*coverage) const {
+  return auxiliary_values == 0 ? samples.*coverage : (samples.*coverage).common(auxiliary.*coverage);
+}
+
 store::Coverage Ingest::Stream::taken_care_of() const {
-  store::Coverage all = received;
-  for (const store::SequenceRange& range : let_go.ranges()) all.add(range);
-  return all;
+  const auto of = [](const Part& part) {
+    store::Coverage all = part.received;
+    for (const store::SequenceRange& range : part.let_go.ranges()) all.add(range);
+    return all;
+  };
+  return auxiliary_values == 0 ? of(samples) : of(samples).common(of(auxiliary));
 }
 
 bool Ingest::is_idle(Clock::TimePoint now) const {
@@ -44,7 +51,7 @@ void Ingest::let_go(Clock::TimePoint now, Decisions& decisions) {
         decisions.due = std::min(decisions.due, due);
         break;
       }
-      stream.let_go.add(oldest.block.range());
+      stream.part_of(oldest.block).let_go.add(oldest.block.range());
       stream.has_let_go = true;
       stream.ring_bytes -= oldest.block.payload->size();
       stream.ring.pop_front();

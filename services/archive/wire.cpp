@@ -5,6 +5,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/rig.hpp"
 #include "services/core/crc32c.hpp"
 #include "services/store/block_header.hpp"
 #include "services/store/wire.hpp"
@@ -38,6 +39,14 @@ Result<void> feed_samples(Ingest& ingest, const bus::Sample& sample, std::uint64
   return {};
 }
 
+Result<void> feed_auxiliary(Ingest& ingest, const bus::Sample& sample, std::uint64_t received_utc_ns) {
+  TONUS_TRY_ASSIGN(auto header, store::read_auxiliary_header(*sample.payload));
+  header.block.received_ns = received_utc_ns;
+  header.block.checksum = crc32c(*sample.payload);
+  header.block.payload = sample.payload;
+  return ingest.take_auxiliary(std::move(header.block), header.values_per_sample);
+}
+
 /// Reads what matters here in a message of any other topic.
 Result<void> note(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample) {
   if (topic.name == topics::kTrialOutcome.spec.name) {
@@ -52,6 +61,11 @@ Result<void> note(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample
                               wire.received_through(), wire.next_sequence()));
     }
     ingest.note_rig(to_report(wire));
+  } else if (topic.name == topics::kRigDescription.spec.name) {
+    TONUS_TRY_ASSIGN(const auto wire, bus::decode<v1::RigDescription>(*sample.payload));
+    TONUS_TRY_ASSIGN(const auto channels, contract::auxiliary_channels_of(wire));
+    const std::size_t values = values_per_sample(channels, wire.sample_rate_Hz());
+    ingest.note_auxiliary(wire.rig_id(), static_cast<std::uint32_t>(values));
   } else if (topic.name == topics::kSessionPlan.spec.name) {
     TONUS_TRY_ASSIGN(const auto wire, bus::decode<v1::SessionPlan>(*sample.payload));
     ingest.note_plan(store::to_record(wire));
@@ -74,6 +88,7 @@ bool is_kept(const bus::TopicSpec& topic) {
 Result<void> feed(Ingest& ingest, const bus::TopicSpec& topic, const bus::Sample& sample,
                   std::uint64_t received_utc_ns) {
   if (topic.name == topics::kRigSamples.spec.name) return feed_samples(ingest, sample, received_utc_ns);
+  if (topic.name == topics::kRigAuxiliary.spec.name) return feed_auxiliary(ingest, sample, received_utc_ns);
   Id session = kNoId;
   TONUS_TRY(topics::decode_any(topic, *sample.payload,
                                [&session](const auto& value) { session = session_named_by(value); }));

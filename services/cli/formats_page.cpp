@@ -56,6 +56,10 @@ std::string hdf5_section() {
   text += attributes("/rig", formats::rig_attributes());
   text += attributes("/trials/NNNN", formats::trial_attributes());
   text += attributes("/estimates/NNN", formats::estimate_attributes());
+  text += attributes("/trials/NNNN/muscles/CHANNEL", formats::muscle_attributes());
+  text +=
+      "\n`/trials/NNNN/auxiliary/CHANNEL` has the values of an auxiliary channel, with `rate_Hz`, "
+      "`first_time_s` (of its\nfirst value, from the onset) and `type`.\n";
   text += attributes("/notes/NNN", formats::note_attributes());
   text += "\n### Datasets of a trial, two numbers a sample\n\n| dataset | meaning |\n|---|---|\n";
   for (const auto& dataset : formats::pair_datasets())
@@ -74,8 +78,10 @@ Result<std::string> formats_page() {
          "(HDF5) or null (JSON), never 0.\n\n## CSV\n\n`columns.csv` in the exported folder has the same.\n" +
          csv_table("session.csv", formats::session_columns()) +
          csv_table("trials.csv", formats::trial_columns()) + csv_table("notes.csv", formats::note_columns()) +
+         csv_table("muscles.csv", formats::muscle_columns()) +
          csv_table("estimates.csv", formats::estimate_columns()) +
-         csv_table("samples/trial-N.csv", formats::sample_columns()) + hdf5_section() + archive +
+         csv_table("samples/trial-N.csv", formats::sample_columns()) +
+         csv_table("auxiliary/trial-N.csv", formats::auxiliary_columns()) + hdf5_section() + archive +
          "\n## JSON\n\nEvery answer has `schema`, the version of its form. [JSON](json.md) lists the keys.\n";
 }
 

@@ -40,6 +40,8 @@ Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
   if (!states) return states.error();
   auto estimates = bus::TypedReader<v1::Estimate>::create(bus, topics::kEstimateCondition, notifier);
   if (!estimates) return estimates.error();
+  TONUS_TRY_ASSIGN(auto outcomes,
+                   bus::TypedReader<v1::TrialOutcome>::create(bus, topics::kTrialOutcome, notifier));
   auto verdicts = bus::TypedReader<v1::TrialVerdict>::create(bus, topics::kTrialVerdict, notifier);
   if (!verdicts) return verdicts.error();
   TONUS_TRY_ASSIGN(auto reviews,
@@ -51,10 +53,11 @@ Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
                    bus::TypedReader<v1::RigReply>::create(bus, topics::kRigReply, notifier));
   auto roster = runtime::Roster::create(bus, clock, notifier);
   if (!roster) return roster.error();
-  return SessionClient({std::move(commands), std::move(*replies), std::move(*states), std::move(*estimates),
-                        std::move(*verdicts), std::move(reviews), std::move(*descriptions),
-                        std::move(rig_states), std::move(rig_commands), std::move(rig_replies)},
-                       std::move(*roster), clock, std::move(notifier));
+  return SessionClient(
+      {std::move(commands), std::move(*replies), std::move(*states), std::move(*estimates),
+       std::move(outcomes), std::move(*verdicts), std::move(reviews), std::move(*descriptions),
+       std::move(rig_states), std::move(rig_commands), std::move(rig_replies)},
+      std::move(*roster), clock, std::move(notifier));
 }
 
 SessionClient::SessionClient(Endpoints endpoints, runtime::Roster roster, const Clock& clock,
@@ -76,6 +79,10 @@ void SessionClient::update() {
   }
   for (auto& received : runtime::drain(endpoints_.estimates)) {
     estimates_[received.value.estimate_id()] = std::move(received.value);
+  }
+  for (const auto& received : runtime::drain(endpoints_.outcomes)) {
+    if (received.value.program().kind() == v1::TRIAL_CONTRACTION)
+      contractions_.insert(received.value.trial_id());
   }
   for (auto& received : runtime::drain(endpoints_.verdicts)) {
     verdicts_[received.value.trial_id()] = std::move(received.value);
@@ -192,7 +199,8 @@ bool SessionClient::has_estimated_every_valid_trial(const Id& session) const {
     if (verdict.session_id() != session || !verdict.is_valid()) continue;
     // An estimate with a trial that was rejected by hand is about to be revised.
     const bool counts = standing(verdict).is_valid();
-    if (estimated.contains(verdict.attempt()) != counts) return false;
+    const bool is_in_estimates = counts && !contractions_.contains(id);
+    if (estimated.contains(verdict.attempt()) != is_in_estimates) return false;
     valid += counts ? 1 : 0;
   }
   // Verdicts come from another service than the state, and the last ones may be behind it.

@@ -4,6 +4,7 @@
 #include <map>
 #include <memory>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -70,6 +71,7 @@ class SessionClient {
     bus::TypedReader<v1::SessionReply> replies;
     bus::TypedReader<v1::SessionState> states;
     bus::TypedReader<v1::Estimate> estimates;
+    bus::TypedReader<v1::TrialOutcome> outcomes;
     bus::TypedReader<v1::TrialVerdict> verdicts;
     bus::TypedReader<v1::TrialReview> reviews;
     bus::TypedReader<v1::RigDescription> descriptions;
@@ -94,6 +96,7 @@ class SessionClient {
   std::map<Id, std::optional<v1::SessionState>> states_;
   std::optional<v1::SessionState> newest_state_;
   std::map<Id, v1::Estimate> estimates_;
+  std::set<Id> contractions_;                // trials that enter no estimate
   std::map<Id, v1::TrialVerdict> verdicts_;  // as published
   std::map<Id, v1::TrialReview> reviews_;
   std::map<Id, std::optional<v1::RigState>> rig_states_;

@@ -49,6 +49,7 @@ std::string trial_line(const SessionTrial& trial) {
     if (program->kind() == v1::TRIAL_PERTURBATION)
       text +=
           fmt::format(", {:>4.0f} deg, {:.1f} mm", program->direction_deg(), 1e3 * program->amplitude_m());
+    if (program->kind() == v1::TRIAL_CONTRACTION) text += ", reference contraction";
     if (program->bias_N() != std::array<double, 2>{})
       text += fmt::format(", bias ({:.2f}, {:.2f}) N", program->bias_N()[0], program->bias_N()[1]);
   }
@@ -131,6 +132,10 @@ std::string rig_text(const v1::RigDescription& rig) {
   std::string text = fmt::format("rig {} (driver {}), {} Hz", rig.name(), rig.driver(), rig.sample_rate_Hz());
   if (rig.kind() == v1::RIG_TWO_LINK)
     text += fmt::format(", links {} and {} m", rig.link_lengths_m()[0], rig.link_lengths_m()[1]);
+  for (const v1::AuxiliaryChannel& channel : rig.auxiliary_channels()) {
+    text += fmt::format(", {} ({}, {}, {:g} Hz)", channel.name(), channel.type(), channel.unit(),
+                        channel.values_per_sample() * rig.sample_rate_Hz());
+  }
   text += rig.calibrated_at().empty()
               ? ", never calibrated"
               : fmt::format(", calibrated {} by {}", rig.calibrated_at(), rig.calibrated_by());

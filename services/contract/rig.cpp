@@ -51,6 +51,29 @@ Result<RigGeometry> geometry_of(const v1::RigDescription& description) {
   return rig;
 }
 
+Result<std::vector<AuxiliaryChannel>> auxiliary_channels_of(const v1::RigDescription& description) {
+  std::vector<AuxiliaryChannel> channels;
+  for (const v1::AuxiliaryChannel& wire : description.auxiliary_channels()) {
+    channels.push_back({wire.name(), wire.type(), wire.unit(), wire.unit_per_value(),
+                        wire.values_per_sample() * description.sample_rate_Hz()});
+  }
+  TONUS_TRY(validate(channels, description.sample_rate_Hz()));
+  return channels;
+}
+
+void put_auxiliary_channels(std::span<const AuxiliaryChannel> channels, v1::RigDescription& description) {
+  description.auxiliary_channels().clear();
+  for (const AuxiliaryChannel& channel : channels) {
+    v1::AuxiliaryChannel wire;
+    wire.name(channel.name);
+    wire.type(channel.type);
+    wire.unit(channel.unit);
+    wire.unit_per_value(channel.unit_per_value);
+    wire.values_per_sample(values_per_sample(channel, description.sample_rate_Hz()));
+    description.auxiliary_channels().push_back(wire);
+  }
+}
+
 void put_geometry(const RigGeometry& geometry, v1::RigDescription& description) {
   description.kind(to_wire(geometry.kind));
   description.link_lengths_m({geometry.links.l1, geometry.links.l2});

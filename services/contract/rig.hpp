@@ -2,8 +2,10 @@
 
 #include <optional>
 #include <string>
+#include <vector>
 
 #include "services/core/result.hpp"
+#include "services/mechanics/auxiliary_channel.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 #include <idl/rig.h>
@@ -22,6 +24,14 @@ namespace tonus::contract {
 
 /// Sets the description's constants of the conversion, and nothing else of it.
 void put_geometry(const RigGeometry& geometry, v1::RigDescription& description);
+
+/// The channels beside force and motion, in the order of their values. kInvalidArgument: channels that cannot
+/// be (validate(AuxiliaryChannel)).
+[[nodiscard]] Result<std::vector<AuxiliaryChannel>> auxiliary_channels_of(
+    const v1::RigDescription& description);
+
+/// Sets the description's auxiliary channels; its sample rate is set already.
+void put_auxiliary_channels(std::span<const AuxiliaryChannel> channels, v1::RigDescription& description);
 
 /// Where the subject's shoulder stands for this trial.
 [[nodiscard]] ShoulderPose shoulder_of(const v1::TrialProgram& program);

@@ -180,6 +180,44 @@ constexpr std::array kTrialColumns{
                         [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.duplicated); }},
     CsvColumn<TrialRow>{"missing_samples", "", "of the certificate",
                         [](const TrialRow& row, CsvLine& line) { line.whole(row.certificate.missing); }},
+    CsvColumn<TrialRow>{"co_contraction", "", "index of antagonists before the onset, 0 to 1",
+                        [](const TrialRow& row, CsvLine& line) {
+                          if (!row.trial.verdict) return line.nothing();
+                          line.number(row.trial.verdict->value.co_contraction());
+                        }},
+};
+
+constexpr std::array kMuscleColumns{
+    CsvColumn<MuscleRow>{"attempt", "", "number of the trial, unique in the session",
+                         [](const MuscleRow& row, CsvLine& line) { line.whole(row.attempt); }},
+    CsvColumn<MuscleRow>{"channel", "", "EMG channel",
+                         [](const MuscleRow& row, CsvLine& line) { line.text(row.activity.channel()); }},
+    CsvColumn<MuscleRow>{
+        "is_normalised", "",
+        "true: relative to the reference contraction, 1 = as much; false: in the channel's unit",
+        [](const MuscleRow& row, CsvLine& line) {
+          line.text(row.activity.is_normalised() ? "true" : "false");
+        }},
+    CsvColumn<MuscleRow>{
+        "before_onset", "", "mean rectified EMG of the rest before the onset",
+        [](const MuscleRow& row, CsvLine& line) { line.number(row.activity.before_onset()); }},
+    CsvColumn<MuscleRow>{
+        "short_latency", "", "the same, 20 to 50 ms after the onset",
+        [](const MuscleRow& row, CsvLine& line) { line.number(row.activity.short_latency()); }},
+    CsvColumn<MuscleRow>{
+        "long_latency", "", "the same, 50 to 100 ms after the onset",
+        [](const MuscleRow& row, CsvLine& line) { line.number(row.activity.long_latency()); }},
+};
+
+constexpr std::array kAuxiliaryColumns{
+    CsvColumn<AuxiliaryRow>{"channel", "", "name of the channel",
+                            [](const AuxiliaryRow& row, CsvLine& line) { line.text(row.channel); }},
+    CsvColumn<AuxiliaryRow>{"time_s", "s", "from the onset of the perturbation",
+                            [](const AuxiliaryRow& row, CsvLine& line) { line.number(row.time); }},
+    CsvColumn<AuxiliaryRow>{"value", "", "in the unit beside it; empty: not measured",
+                            [](const AuxiliaryRow& row, CsvLine& line) { line.number(row.value); }},
+    CsvColumn<AuxiliaryRow>{"unit", "", "of the value",
+                            [](const AuxiliaryRow& row, CsvLine& line) { line.text(row.unit); }},
 };
 
 constexpr std::array kSampleColumns{
@@ -285,6 +323,8 @@ constexpr std::array kEstimateColumns{
 
 }  // namespace
 
+std::span<const CsvColumn<MuscleRow>> muscle_columns() { return kMuscleColumns; }
+std::span<const CsvColumn<AuxiliaryRow>> auxiliary_columns() { return kAuxiliaryColumns; }
 std::span<const CsvColumn<Session>> session_columns() { return kSessionColumns; }
 std::span<const CsvColumn<NoteRow>> note_columns() { return kNoteColumns; }
 std::string reasons_text(const v1::Estimate& estimate) {

@@ -40,6 +40,22 @@ struct TrialRow {
 };
 [[nodiscard]] std::span<const CsvColumn<TrialRow>> trial_columns();
 
+/// A muscle in a trial that was judged.
+struct MuscleRow {
+  std::uint32_t attempt = 0;
+  const v1::MuscleActivity& activity;
+};
+[[nodiscard]] std::span<const CsvColumn<MuscleRow>> muscle_columns();
+
+/// A value of an auxiliary channel.
+struct AuxiliaryRow {
+  const std::string& channel;
+  double time = 0.0;  ///< s from the onset.
+  double value = 0.0;
+  const std::string& unit;
+};
+[[nodiscard]] std::span<const CsvColumn<AuxiliaryRow>> auxiliary_columns();
+
 struct SampleRow {
   std::uint64_t sequence = 0;
   double time = 0.0;         ///< s from the onset.

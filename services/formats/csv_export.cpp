@@ -22,7 +22,9 @@ std::string columns_text() {
   return "file,column,unit,meaning\n" + description_of("session.csv", session_columns()) +
          description_of("trials.csv", trial_columns()) + description_of("notes.csv", note_columns()) +
          description_of("estimates.csv", estimate_columns()) +
-         description_of("samples/trial-N.csv", sample_columns());
+         description_of("muscles.csv", muscle_columns()) +
+         description_of("samples/trial-N.csv", sample_columns()) +
+         description_of("auxiliary/trial-N.csv", auxiliary_columns());
 }
 
 Result<std::string> samples_text(store::Store& store, const Session& session, const SessionTrial& trial) {
@@ -42,6 +44,37 @@ Result<std::string> samples_text(store::Store& store, const Session& session, co
     text += line_of(sample_columns(), row);
   }
   return text;
+}
+
+/// Channel after channel, each on its own time axis; empty where the rig describes none.
+Result<std::string> auxiliary_text(store::Store& store, const Session& session, const SessionTrial& trial) {
+  TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial));
+  TONUS_TRY_ASSIGN(const auto series, store::read_trial_auxiliary(store, trial, rig.description));
+  if (series.empty()) return std::string();
+  const auto& outcome = trial.outcome->value;
+  const double onset =
+      static_cast<double>(outcome.onset_sequence() - outcome.first_sequence()) / outcome.sample_rate_Hz();
+  std::string text = header_of(auxiliary_columns());
+  for (const AuxiliarySeries& one : series) {
+    for (std::size_t k = 0; k < one.values.size(); ++k) {
+      const AuxiliaryRow row{one.channel.name, one.time_of(k) - onset, one.values[k], one.channel.unit};
+      text += line_of(auxiliary_columns(), row);
+    }
+  }
+  return text;
+}
+
+/// Files of a trial that has samples.
+Result<void> write_trial_files(store::Store& store, const Session& session, const SessionTrial& trial,
+                               const fs::path& folder) {
+  const std::string name = fmt::format("trial-{}.csv", trial.attempt);
+  TONUS_TRY_ASSIGN(const auto samples, samples_text(store, session, trial));
+  TONUS_TRY(create_text_file(folder / "samples" / name, samples));
+  TONUS_TRY_ASSIGN(const auto auxiliary, auxiliary_text(store, session, trial));
+  if (auxiliary.empty()) return {};
+  std::error_code error;
+  fs::create_directory(folder / "auxiliary", error);
+  return create_text_file(folder / "auxiliary" / name, auxiliary);
 }
 
 std::string matrix_lines(const v1::Estimate& e, std::string_view name, const v1::MatrixEstimate& m,
@@ -149,18 +182,23 @@ Result<void> write_tables(store::Store& store, const Session& session, const fs:
   if (error)
     return fail(ErrorCode::kIo, fmt::format("'{}': cannot be created: {}", folder.string(), error.message()));
   std::string trials = header_of(trial_columns());
+  std::string muscles = header_of(muscle_columns());
   std::uint64_t done = 0;
   for (const SessionTrial& trial : session.trials) {
     if (progress) progress(done++, session.trials.size());
     if (!trial.outcome) continue;
     trials += line_of(trial_columns(), TrialRow(trial));
+    if (trial.verdict) {
+      for (const v1::MuscleActivity& muscle : trial.verdict->value.muscles())
+        muscles += line_of(muscle_columns(), MuscleRow{trial.attempt, muscle});
+    }
     if (!trial.record || !trial.record->has_samples) continue;
-    TONUS_TRY_ASSIGN(const auto text, samples_text(store, session, trial));
-    TONUS_TRY(create_text_file(folder / "samples" / fmt::format("trial-{}.csv", trial.attempt), text));
+    TONUS_TRY(write_trial_files(store, session, trial, folder));
   }
   TONUS_TRY(create_text_file(folder / "session.csv",
                              header_of(session_columns()) + line_of(session_columns(), session)));
   TONUS_TRY(create_text_file(folder / "trials.csv", trials));
+  if (muscles != header_of(muscle_columns())) TONUS_TRY(create_text_file(folder / "muscles.csv", muscles));
   std::string notes = header_of(note_columns());
   for (const auto& note : session.notes) notes += line_of(note_columns(), NoteRow{session, note.value});
   TONUS_TRY(create_text_file(folder / "notes.csv", notes));

@@ -1,5 +1,7 @@
 #include "services/formats/hdf5_columns.hpp"
 
+#include <limits>
+
 #include "services/core/clock.hpp"
 #include "services/formats/csv_columns.hpp"
 
@@ -77,6 +79,18 @@ constexpr std::array kRigAttributes{
     Attribute<Rig>{"calibrated_by", [](const Rig& d) { return AttributeValue(d.calibrated_by()); }},
 };
 
+constexpr std::array kMuscleAttributes{
+    Attribute<v1::MuscleActivity>{
+        "is_normalised",
+        [](const v1::MuscleActivity& m) { return AttributeValue(std::int64_t{m.is_normalised()}); }},
+    Attribute<v1::MuscleActivity>{
+        "before_onset", [](const v1::MuscleActivity& m) { return AttributeValue(m.before_onset()); }},
+    Attribute<v1::MuscleActivity>{
+        "short_latency", [](const v1::MuscleActivity& m) { return AttributeValue(m.short_latency()); }},
+    Attribute<v1::MuscleActivity>{
+        "long_latency", [](const v1::MuscleActivity& m) { return AttributeValue(m.long_latency()); }},
+};
+
 constexpr std::array kTrialAttributes{
     Attribute<TrialGroup>{
         "attempt", [](const TrialGroup& t) { return AttributeValue(std::int64_t{t.row.trial.attempt}); }},
@@ -122,6 +136,12 @@ constexpr std::array kTrialAttributes{
     Attribute<TrialGroup>{"is_valid",
                           [](const TrialGroup& t) { return AttributeValue(std::int64_t{t.reason.empty()}); }},
     Attribute<TrialGroup>{"reason", [](const TrialGroup& t) { return AttributeValue(t.reason); }},
+    Attribute<TrialGroup>{"co_contraction",
+                          [](const TrialGroup& t) {
+                            const auto& verdict = t.row.trial.verdict;
+                            return AttributeValue(verdict ? verdict->value.co_contraction()
+                                                          : std::numeric_limits<double>::quiet_NaN());
+                          }},
     Attribute<TrialGroup>{
         "missing_samples",
         [](const TrialGroup& t) { return AttributeValue(static_cast<std::int64_t>(t.missing_samples)); }},
@@ -213,6 +233,7 @@ constexpr std::array kPairDatasets{
 std::span<const Attribute<Session>> session_attributes() { return kSessionAttributes; }
 std::span<const Attribute<Rig>> rig_attributes() { return kRigAttributes; }
 std::span<const Attribute<TrialGroup>> trial_attributes() { return kTrialAttributes; }
+std::span<const Attribute<v1::MuscleActivity>> muscle_attributes() { return kMuscleAttributes; }
 std::span<const Attribute<Estimate>> estimate_attributes() { return kEstimateAttributes; }
 std::span<const Attribute<NoteRow>> note_attributes() { return kNoteAttributes; }
 std::span<const PairDataset> pair_datasets() { return kPairDatasets; }

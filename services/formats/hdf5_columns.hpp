@@ -34,6 +34,7 @@ struct TrialGroup {
 [[nodiscard]] std::span<const Attribute<store::Session>> session_attributes();
 [[nodiscard]] std::span<const Attribute<v1::RigDescription>> rig_attributes();
 [[nodiscard]] std::span<const Attribute<TrialGroup>> trial_attributes();
+[[nodiscard]] std::span<const Attribute<v1::MuscleActivity>> muscle_attributes();
 [[nodiscard]] std::span<const Attribute<v1::Estimate>> estimate_attributes();
 [[nodiscard]] std::span<const Attribute<NoteRow>> note_attributes();
 

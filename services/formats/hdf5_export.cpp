@@ -90,6 +90,31 @@ Result<void> write_sample_pairs(Hdf5File& file, const std::string& group, const 
   return {};
 }
 
+/// The channels beside force and motion, and what the verdict says of muscles.
+Result<void> write_auxiliary(Hdf5File& file, const std::string& group, const SessionTrial& trial,
+                             std::span<const AuxiliarySeries> series) {
+  const v1::TrialOutcome& outcome = trial.outcome->value;
+  const double onset =
+      static_cast<double>(outcome.onset_sequence() - outcome.first_sequence()) / outcome.sample_rate_Hz();
+  if (!series.empty()) TONUS_TRY(file.make_group(group + "/auxiliary"));
+  for (const AuxiliarySeries& one : series) {
+    const std::string path = group + "/auxiliary/" + one.channel.name;
+    const std::vector<double> values(one.values.begin(), one.values.end());
+    TONUS_TRY(file.write(path, values, 0, one.channel.unit, "auxiliary channel, on its own time axis"));
+    TONUS_TRY(file.set(path, "type", one.channel.type));
+    TONUS_TRY(file.set(path, "rate_Hz", one.channel.rate));
+    TONUS_TRY(file.set(path, "first_time_s", one.time_of(0) - onset));
+  }
+  if (!trial.verdict || trial.verdict->value.muscles().empty()) return {};
+  TONUS_TRY(file.make_group(group + "/muscles"));
+  for (const v1::MuscleActivity& muscle : trial.verdict->value.muscles()) {
+    const std::string path = group + "/muscles/" + muscle.channel();
+    TONUS_TRY(file.make_group(path));
+    TONUS_TRY(set_attributes(file, path, muscle_attributes(), muscle));
+  }
+  return {};
+}
+
 Result<void> write_trial(Hdf5File& file, store::Store& store, const Session& session,
                          const SessionTrial& trial) {
   TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial));
@@ -98,6 +123,8 @@ Result<void> write_trial(Hdf5File& file, store::Store& store, const Session& ses
   TONUS_TRY(file.make_group(group));
   const TrialGroup row{TrialRow(trial), store::why_not_counted(trial), found.absent};
   TONUS_TRY(set_attributes(file, group, trial_attributes(), row));
+  TONUS_TRY_ASSIGN(const auto series, store::read_trial_auxiliary(store, trial, rig.description));
+  TONUS_TRY(write_auxiliary(file, group, trial, series));
   TONUS_TRY(write_sample_labels(file, group, trial.outcome->value, found.samples));
   return write_sample_pairs(file, group, rig, found.samples);
 }

@@ -175,6 +175,8 @@ Result<std::vector<Recording>> recordings_of(store::Store& store, const Session&
   for (const SessionTrial& trial : session.trials) {
     if (progress) progress(done++, session.trials.size());
     if (!trial.outcome || !trial.record || !trial.record->has_samples) continue;
+    // A reference contraction has no motion; what it has is in the auxiliary channels.
+    if (trial.outcome->value.program().kind() == v1::TRIAL_CONTRACTION) continue;
     TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial, force_sign));
     TONUS_TRY_ASSIGN(const auto bytes, bus::encode(rig.description));
     TONUS_TRY_ASSIGN(const auto found, store::read_trial_samples(store, trial));

@@ -1,6 +1,8 @@
 #include "services/formats/xdf_export.hpp"
 
+#include <cmath>
 #include <limits>
+#include <map>
 #include <optional>
 #include <set>
 #include <spdlog/fmt/fmt.h>
@@ -19,6 +21,7 @@ using store::SessionTrial;
 
 constexpr std::uint32_t kMotion = 1;
 constexpr std::uint32_t kEvents = 2;
+constexpr std::uint32_t kFirstAuxiliary = 3;  // a stream of its own for each channel: rates differ
 
 /// What has been written of a stream.
 struct Written {
@@ -73,6 +76,12 @@ std::string motion_header(const Session& session, const v1::RigDescription& rig,
                           : "monotonic, of the rig's host";
   return header_text(session, "motion", "MoCap", "double64", 2 * pair_datasets().size(), rate,
                      fmt::format("<clock>{}</clock><channels>{}</channels>", clock, channels));
+}
+
+std::string auxiliary_header(const Session& session, const AuxiliaryChannel& channel) {
+  const std::string channels = channel_text(channel.name, channel.unit, "auxiliary channel of the rig");
+  return header_text(session, channel.name.c_str(), channel.type.c_str(), "double64", 1, channel.rate,
+                     fmt::format("<channels>{}</channels>", channels));
 }
 
 std::string footer_text(const Written& written, const std::string& offsets) {
@@ -131,6 +140,8 @@ class Export {
     }
     TONUS_TRY(file_.write(kMotion, rows.times, rows.values));
     for (const double time : rows.times) motion_.add(time);
+    TONUS_TRY_ASSIGN(const auto series, store::read_trial_auxiliary(store_, trial, rig.description));
+    TONUS_TRY(write_auxiliary(series, found.samples));
     return write_events(trial, found.samples, rows);
   }
 
@@ -142,10 +153,44 @@ class Export {
     TONUS_TRY(write_notes_until(std::nullopt, std::numeric_limits<double>::infinity()));
     TONUS_TRY(file_.end_stream(kMotion, footer_text(motion_, offsets_)));
     TONUS_TRY(file_.end_stream(kEvents, footer_text(events_, offsets_)));
+    for (const auto& [name, stream] : auxiliary_)
+      TONUS_TRY(file_.end_stream(stream.id, footer_text(stream.written, offsets_)));
     return file_.finish();
   }
 
  private:
+  struct AuxiliaryStream {
+    std::uint32_t id = 0;
+    Written written;
+  };
+
+  /// Values that were measured, at their own instants: those of a sample precede it.
+  Result<void> write_auxiliary(std::span<const AuxiliarySeries> series,
+                               std::span<const v1::RigSample> samples) {
+    for (const AuxiliarySeries& one : series) {
+      AuxiliaryStream& stream = auxiliary_[one.channel.name];
+      if (stream.id == 0) {
+        stream.id = kFirstAuxiliary + static_cast<std::uint32_t>(auxiliary_.size()) - 1;
+        TONUS_TRY(file_.begin_stream(stream.id, auxiliary_header(session_, one.channel)));
+        for (const auto& [time, offset] : clock_offsets_)
+          TONUS_TRY(file_.write_clock_offset(stream.id, time, offset));
+      }
+      Measured rows;
+      const std::uint32_t count = one.values_per_sample;
+      for (std::size_t k = 0; k < one.values.size(); ++k) {
+        const v1::RigSample& sample = samples[k / count];
+        if (std::isnan(one.values[k]) || contract::flags_of(sample).is_missing) continue;
+        const auto index = static_cast<std::uint32_t>(k % count);
+        rows.times.push_back(seconds(sample.acquisition_ns()) -
+                             auxiliary_lead(index, count, one.channel.rate));
+        rows.values.push_back(one.values[k]);
+        stream.written.add(rows.times.back());
+      }
+      if (!rows.times.empty()) TONUS_TRY(file_.write(stream.id, rows.times, rows.values));
+    }
+    return {};
+  }
+
   Result<void> begin(const v1::RigDescription& rig, const SessionTrial& trial, double last_time) {
     TONUS_TRY(
         file_.begin_stream(kMotion, motion_header(session_, rig, trial.outcome->value.sample_rate_Hz())));
@@ -161,6 +206,7 @@ class Export {
       const double time = static_cast<double>(arrival.value.measured_ns()) * 1e-9 - utc_minus_rig;
       TONUS_TRY(file_.write_clock_offset(kMotion, time, *offset));
       TONUS_TRY(file_.write_clock_offset(kEvents, time, *offset));
+      clock_offsets_.emplace_back(time, *offset);
       offsets_ += fmt::format("<offset><time>{}</time><value>{}</value></offset>", time, *offset);
     }
     return {};
@@ -214,6 +260,8 @@ class Export {
   Written events_;
   std::set<std::size_t> written_notes_;
   std::string offsets_;  ///< For the footers.
+  std::map<std::string, AuxiliaryStream> auxiliary_;
+  std::vector<std::pair<double, double>> clock_offsets_;
 };
 
 }  // namespace

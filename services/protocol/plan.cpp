@@ -36,7 +36,9 @@ void append(Plan& plan, v1::TrialProgram program) {
 
 void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan& plan) {
   const Perturbation& p = protocol.perturbation;
-  const auto stream = static_cast<std::uint64_t>(plan.blocks.size()) + 1;
+  // The contractions draw nothing: with them the other trials are the same as without.
+  const std::size_t contractions = protocol.muscles.reference.trials > 0 ? 1 : 0;
+  const auto stream = static_cast<std::uint64_t>(plan.blocks.size() - contractions) + 1;
   Draws draws(seed, stream);
   std::vector<int> directions;
   for (int repeat = 0; repeat < p.repeats; ++repeat) {
@@ -62,6 +64,26 @@ void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan&
     program.rise_time_s(p.rise_time);
     if (has_bias) program.bias_threshold_N(protocol.bias->threshold);
     draw_times(protocol, has_bias, draws, program);
+    append(plan, std::move(program));
+  }
+}
+
+/// The subject contracts at the first posture, told by the program's kind.
+void append_contractions(const Protocol& protocol, Plan& plan) {
+  const ReferenceContraction& reference = protocol.muscles.reference;
+  if (reference.trials == 0 || protocol.postures.empty()) return;
+  Block block;
+  block.set_number = 0;
+  plan.blocks.push_back(block);
+  const Posture& posture = protocol.postures.front();
+  for (int i = 0; i < reference.trials; ++i) {
+    v1::TrialProgram program =
+        contract::new_program(v1::TRIAL_CONTRACTION, {posture.name, 0, posture.position});
+    program.shoulder_angle_rad(protocol.shoulder_angle);
+    program.set_number(0);
+    program.instruction("contract");
+    program.wait_s(protocol.perturbation.wait.low);
+    program.hold_s(reference.duration);
     append(plan, std::move(program));
   }
 }
@@ -109,6 +131,7 @@ Plan build_plan(const Protocol& protocol, std::uint64_t seed) {
   for (std::size_t r = 0; r < protocol.recordings.size(); ++r) {
     append_recording(protocol.recordings[r], static_cast<std::uint32_t>(r), plan);
   }
+  append_contractions(protocol, plan);
   for (std::size_t p = 0; p < protocol.postures.size(); ++p) {
     for (std::size_t i = 0; i < protocol.instructions.size(); ++i) {
       for (int set = 1; set <= protocol.perturbation.sets; ++set) {
@@ -170,7 +193,8 @@ v1::TrialProgram commanded_program(const Protocol& protocol, const Plan& plan, s
   program.attempt(attempt);
   const bool has_bias = block.axis != BiasAxis::kNone;
   if (has_bias && axes) program.bias_N(pair(bias_force(block.axis, block.bias_force, *axes)));
-  if (has_run_before && protocol.kind != ProtocolKind::kRecording) {
+  const bool is_drawn = program.kind() == v1::TRIAL_PERTURBATION && protocol.kind != ProtocolKind::kRecording;
+  if (has_run_before && is_drawn) {
     Draws draws(seed, kRepeatStream + attempt);
     draw_times(protocol, has_bias, draws, program);
   }

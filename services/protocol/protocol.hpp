@@ -2,6 +2,7 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <limits>
 #include <map>
 #include <optional>
 #include <string>
@@ -102,6 +103,25 @@ struct StudySubject {
   std::uint64_t seed = 0;
 };
 
+/// Trials before all others in which the subject contracts while the handle is held still.
+struct ReferenceContraction {
+  int trials = 0;         ///< 0: none.
+  double duration = 4.0;  ///< s, each.
+};
+
+struct Antagonists {
+  std::string first;  ///< Names of EMG channels.
+  std::string second;
+};
+
+/// What is asked of the subject's muscles.
+struct Muscles {
+  /// Largest activity before the onset, as a share of the reference contraction; infinite: none.
+  double most_activity = std::numeric_limits<double>::infinity();
+  std::vector<Antagonists> antagonists;
+  ReferenceContraction reference;
+};
+
 /// What the subject sees.
 struct CueSettings {
   double target_diameter = 0.010;  ///< m
@@ -121,6 +141,7 @@ struct Protocol {
   std::vector<Recording> recordings;
   std::vector<StudySubject> subjects;
   CueSettings cue;
+  Muscles muscles;
   double shoulder_angle = 0.0;       ///< rad, from R's x axis to S's x axis.
   bool confirms_posture = false;     ///< The operator is asked before each new posture.
   int rejection_limit = 8;           ///< Rejected trials in one set before the operator is asked.

@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <cmath>
 #include <set>
 #include <spdlog/fmt/fmt.h>
 
@@ -175,6 +176,31 @@ CueSettings read_cue(config::CheckedTable& root) {
   return cue;
 }
 
+Muscles read_muscles(config::CheckedTable& root) {
+  Muscles muscles;
+  if (root.has("limits")) {
+    config::CheckedTable table = root.table("limits");
+    if (table.has("muscle_activity"))
+      muscles.most_activity = table.number("muscle_activity", {0.001, 10.0, ""});
+    table.finish();
+  }
+  for (config::CheckedTable& table : root.tables("antagonists", 0, 16)) {
+    muscles.antagonists.push_back({table.text("first", 1, 40), table.text("second", 1, 40)});
+    if (muscles.antagonists.back().first == muscles.antagonists.back().second)
+      table.refuse("second", "another channel than first");
+    table.finish();
+  }
+  if (root.has("reference_contraction")) {
+    config::CheckedTable table = root.table("reference_contraction");
+    muscles.reference.trials = table.whole("trials", 1, 20, 2);
+    muscles.reference.duration = table.number("duration_s", {1.0, 30.0, "s"}, muscles.reference.duration);
+    table.finish();
+  } else if (std::isfinite(muscles.most_activity)) {
+    root.refuse("limits", "a table [reference_contraction] too: muscle_activity is a share of it");
+  }
+  return muscles;
+}
+
 void check_size(const Protocol& p, config::Findings& findings) {
   const double trials = static_cast<double>(p.postures.size() * p.instructions.size()) *
                         p.perturbation.directions * p.perturbation.repeats * p.perturbation.sets;
@@ -213,6 +239,7 @@ void read_session(config::CheckedTable& root, Protocol& p, config::Findings& fin
   } else {
     p.instructions = {{"", p.cue.text}};
   }
+  p.muscles = read_muscles(root);
   check_size(p, findings);
 }
 

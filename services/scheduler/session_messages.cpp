@@ -10,6 +10,12 @@
 #include "services/scheduler/session_machine.hpp"
 
 namespace tonus::scheduler {
+namespace {
+
+/// In place of an instruction's index: the subject contracts.
+constexpr std::uint32_t kContraction = UINT32_MAX;
+
+}  // namespace
 
 void SessionMachine::decide(Record record) {
   // A decision that does not fit the session is a fault in this program: better to end, with the journal as
@@ -65,18 +71,23 @@ void SessionMachine::publish_plan() {
 }
 
 void SessionMachine::publish_cue(const protocol::Block& block) {
-  const std::pair condition{block.posture_index, block.instruction_index};
+  const LedgerState& s = ledger_.state();
+  const v1::TrialProgram& first = s.plan.trials[block.order.front()].program;
+  const bool is_contraction = first.kind() == v1::TRIAL_CONTRACTION;
+  const std::pair condition{block.posture_index, is_contraction ? kContraction : block.instruction_index};
   if (cued_ == condition) return;
   cued_ = condition;
-  const LedgerState& s = ledger_.state();
   v1::SessionCue cue;
   cue.session_id(s.started.session_id);
   cue.target_m(s.plan.postures[block.posture_index].position_m());
   cue.target_diameter_m(s.protocol.cue.target_diameter);
-  const std::string& recorded = s.plan.trials[block.order.front()].program.instruction();
-  cue.instruction(s.protocol.kind == protocol::ProtocolKind::kRecording
-                      ? recorded
-                      : s.protocol.instructions[block.instruction_index].text);
+  if (is_contraction) {
+    cue.instruction("Tense all muscles of the arm as hard as you can, and keep the hand in its place");
+  } else if (s.protocol.kind == protocol::ProtocolKind::kRecording) {
+    cue.instruction(first.instruction());
+  } else {
+    cue.instruction(s.protocol.instructions[block.instruction_index].text);
+  }
   cue.shows_cursor(s.protocol.cue.shows_cursor);
   effects_.messages.emplace_back(std::move(cue));
 }

@@ -13,6 +13,7 @@ void Misconduct::begin_trial() noexcept {
   pushes_ = is_chosen(effect_.pushes_early);
   drifts_ = is_chosen(effect_.drifts_off);
   lets_go_ = is_chosen(effect_.lets_go);
+  tenses_ = is_chosen(effect_.tenses);
 }
 
 Misconduct::Act Misconduct::begin_period(double hand_speed) noexcept {
@@ -28,6 +29,7 @@ Misconduct::Act Misconduct::begin_period(double hand_speed) noexcept {
     const double share = 0.5 - 0.5 * std::cos(std::numbers::pi * std::min(1.0, since / effect_.drift_time));
     act.offset = share * effect_.drift * Eigen::Vector2d::UnitY();
   }
+  if (tenses_) act.tension = effect_.tension;
   if (lets_go_) {
     if (moved_at_ < 0.0 && hand_speed > effect_.grip_speed) moved_at_ = time_;
     act.is_holding = moved_at_ < 0.0 || time_ < moved_at_ + effect_.grip_latency;

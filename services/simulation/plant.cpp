@@ -35,6 +35,7 @@ Plant::Plant(const PlantProfile& profile, double period)
       damping_(profile.subject.damping.matrix()),
       subject_(profile.subject, period, profile.seed),
       sensor_noise_(profile.seed, kSensorStream),
+      signals_(profile.auxiliary, profile.subject.muscles, profile.seed),
       rig_(profile.manipulandum.links, q_),
       arm_(profile.subject.links, t_) {
   state_.q = profile.manipulandum.links.angles_at(profile.manipulandum.home);
@@ -169,6 +170,7 @@ Eigen::Vector2d Plant::flexure_force() const noexcept {
 
 RawSample Plant::measure() noexcept {
   const SensorProfile& sensors = profile_.sensors;
+  if (!profile_.auxiliary.empty()) measured_activation_ = subject_.activation();
   RawSample raw;
   raw.acquisition_ns = time_ns();
   for (std::size_t i = 0; i < 2; ++i) {

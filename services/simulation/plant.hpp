@@ -2,9 +2,12 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <span>
 
 #include "services/mechanics/rig_geometry.hpp"
 #include "services/mechanics/two_link_dynamics.hpp"
+#include "services/simulation/auxiliary_signals.hpp"
+#include "services/simulation/muscles.hpp"
 #include "services/simulation/noise.hpp"
 #include "services/simulation/plant_profile.hpp"
 #include "services/simulation/subject.hpp"
@@ -43,13 +46,28 @@ class Plant {
   void seat(const ShoulderPose& shoulder, const Eigen::Vector2d& posture) noexcept;
 
   /// Tells the subject that a trial begins, and what to do in it. REALTIME.
-  void begin_trial(const Instruction& instruction = {}) noexcept { subject_.begin_trial(instruction); }
+  void begin_trial(const Instruction& instruction = {}, bool is_contraction = false) noexcept {
+    subject_.begin_trial(instruction, is_contraction);
+  }
+  /// The digital output of the onset, which the subject sees too. REALTIME.
+  void show_onset(bool is_on) noexcept {
+    is_onset_ = is_on;
+    subject_.show_onset(is_on);
+  }
 
   /// Advances by one period under the commanded joint torques (N m), clipped to the motors' limits.
   void step(const Eigen::Vector2d& torque) noexcept;
 
   /// Encoder counts (floor) and force volts (noise, clipped, rounded) of the present instant. Draws noise.
   [[nodiscard]] RawSample measure() noexcept;
+  /// The newest counts[i] values of each auxiliary channel up to the last measure() (AuxiliarySignals). Draws
+  /// noise.
+  void measure_auxiliary(std::span<const std::uint32_t> counts, std::span<float> values) noexcept {
+    signals_.measure(measured_activation_, is_onset_, counts, values);
+  }
+  /// How active the subject's muscles were up to the last measure(), where there are auxiliary channels. The
+  /// truth behind the EMG: for tests and campaigns.
+  [[nodiscard]] const Activations& activation() const noexcept { return measured_activation_; }
 
   [[nodiscard]] const PlantState& state() const noexcept { return state_; }
   [[nodiscard]] std::int64_t time_ns() const noexcept { return step_count_ * period_ns_; }
@@ -90,6 +108,9 @@ class Plant {
   const Eigen::Matrix2d damping_;
   Subject subject_;
   NoiseSource sensor_noise_;
+  AuxiliarySignals signals_;
+  Activations measured_activation_{};
+  bool is_onset_ = false;
   Eigen::Matrix2d shoulder_to_robot_ = Eigen::Matrix2d::Identity();
   Eigen::Vector2d shoulder_origin_ = Eigen::Vector2d::Zero();
   PlantState state_;

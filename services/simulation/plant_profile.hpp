@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 #include <cstdint>
+#include <vector>
 
+#include "services/mechanics/auxiliary_channel.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 #include "services/mechanics/two_link.hpp"
 #include "services/mechanics/two_link_dynamics.hpp"
@@ -72,7 +74,8 @@ struct PlantProfile {
   SubjectProfile subject;
   BenchProfile bench;
   std::uint64_t seed = 1;
-  unsigned sub_steps = 3;  ///< Integration steps in one period of the loop.
+  std::vector<AuxiliaryChannel> auxiliary;  ///< What is recorded beside force and motion.
+  unsigned sub_steps = 3;                   ///< Integration steps in one period of the loop.
 };
 
 /// The description that this rig would publish: what converts its counts and volts.

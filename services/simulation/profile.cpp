@@ -145,11 +145,13 @@ void read(CheckedTable s, MisconductEffect& misconduct) {
   s.counts("pushes_early_in_trials", misconduct.pushes_early, 1, kMost);
   s.counts("drifts_off_in_trials", misconduct.drifts_off, 1, kMost);
   s.counts("lets_go_in_trials", misconduct.lets_go, 1, kMost);
+  s.counts("tenses_in_trials", misconduct.tenses, 1, kMost);
   s.number("after_s", misconduct.after, 0.0, 100.0);
   s.number("push_N", misconduct.push, 0.0, 50.0);
   s.number("push_period_s", misconduct.push_period, 0.05, 10.0);
   s.number("drift_m", misconduct.drift, -0.1, 0.1);
   s.number("drift_time_s", misconduct.drift_time, 0.1, 100.0);
+  s.number("tension", misconduct.tension, 0.0, 1.0);
   s.number("grip_speed_m_per_s", misconduct.grip_speed, 1e-3, 1.0);
   s.number("grip_latency_s", misconduct.grip_latency, 0.0, 10.0);
   s.finish();
@@ -160,6 +162,34 @@ void read(CheckedTable s, InstructionEffect& instruction) {
   s.number("relaxed", instruction.relaxed, 0.1, 1.0);
   s.number("stiffened", instruction.stiffened, 1.0, 5.0);
   s.finish();
+}
+
+void read(CheckedTable s, MuscleProfile& muscles) {
+  s.number("rest", muscles.rest, 0.0, 0.5);
+  s.number("per_stiffness", muscles.per_stiffness, 0.01, 1.0);
+  CheckedTable strength = s.optional_table("strength_Nm");
+  strength.number("shoulder", muscles.strength.shoulder, 1.0, 500.0);
+  strength.number("elbow", muscles.strength.elbow, 1.0, 500.0);
+  strength.number("two_joint", muscles.strength.two_joint, 1.0, 500.0);
+  strength.finish();
+  s.number("reflex", muscles.reflex, 0.0, 1.0);
+  s.number("reflex_threshold_rad_per_s", muscles.reflex_threshold, 0.0, 1.0);
+  s.number("contraction_latency_s", muscles.contraction_latency, 0.0, 2.0);
+  s.number("contraction_rise_s", muscles.contraction_rise, 0.01, 2.0);
+  s.number("emg_V", muscles.emg, 0.0, 1.0);
+  s.number("noise_V", muscles.noise, 0.0, 1.0);
+  s.finish();
+}
+
+AuxiliaryChannel read_auxiliary(CheckedTable s) {
+  AuxiliaryChannel channel;
+  channel.name = s.text("name", 1, 32);
+  channel.type = s.one_of("type", auxiliary_types());
+  channel.unit = s.text("unit", 1, 16);
+  channel.rate = s.number("rate_Hz", {0.1, kMostAuxiliaryRate, "Hz"});
+  channel.unit_per_value = s.number("unit_per_value", {-1e12, 1e12}, 1.0);
+  s.finish();
+  return channel;
 }
 
 void read(CheckedTable s, SubjectProfile& subject) {
@@ -181,6 +211,7 @@ void read(CheckedTable s, SubjectProfile& subject) {
   read(s.optional_table("modulation"), subject.modulation);
   read(s.optional_table("misconduct"), subject.misconduct);
   read(s.optional_table("instruction"), subject.instruction);
+  read(s.optional_table("muscles"), subject.muscles);
   s.finish();
 }
 
@@ -222,6 +253,8 @@ void read(CheckedTable s, Profile& profile) {
   read(s.optional_table("grip"), profile.grip);
   read(s.optional_table("subject"), profile.subject);
   read(s.optional_table("bench"), profile.bench);
+  for (const CheckedTable& channel : s.tables("auxiliary", 0, kMostAuxiliaryChannels))
+    profile.auxiliary.push_back(read_auxiliary(channel));
   read(s.optional_table("limits"), profile.limits);
   read(s.optional_table("control"), profile.gains);
   (void)s.has("agent");  // a rig's own file: the agent's options
@@ -252,6 +285,11 @@ void check_together(const Profile& profile, config::Findings& findings) {
         "manipulandum.home_m", point(rig.home),
         fmt::format("less than limits.workspace_radius_m = {} from limits.workspace_centre_m = {}",
                     limits.workspace_radius, point(limits.workspace_centre)));
+  }
+  const double sample_rate = profile.loop_rate / profile.sample_divider;
+  if (const auto valid = validate(profile.auxiliary, sample_rate); !valid) {
+    const auto line = findings.lines.find("auxiliary");
+    findings.report(line == findings.lines.end() ? 0 : line->second, valid.error().message);
   }
   const auto check_matrix = [&](const char* key, const JointImpedance& joints) {
     if (joints.matrix().determinant() > 0.0 && joints.shoulder + joints.two_joint > 0.0) return;

@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "services/simulation/instruction.hpp"
+#include "services/simulation/muscles.hpp"
 #include "services/simulation/noise.hpp"
 #include "services/simulation/subject_profile.hpp"
 
@@ -39,10 +40,21 @@ class Subject {
   /// A new posture (m in S): spring centre and rest are there.
   void take_posture(const Eigen::Vector2d& posture) noexcept;
   /// A trial begins, of which the subject has been told this. REALTIME.
-  void begin_trial(const Instruction& instruction = {}) noexcept {
+  void begin_trial(const Instruction& instruction = {}, bool is_contraction = false) noexcept {
     misconduct_.begin_trial();
+    is_contraction_ = is_contraction;
     drive_.added = added_impedance(profile_, instruction, profile_.links.angles_at(posture_));
   }
+
+  /// What he sees of the trial's onset: in a contraction, when to contract. REALTIME.
+  void show_onset(bool is_on) noexcept {
+    contracts_ = is_on && is_contraction_;
+    shown_at_ = time_;
+  }
+
+  /// How active his muscles are in the period that began last. The truth; costs nothing until it is asked
+  /// for.
+  [[nodiscard]] Activations activation() const noexcept;
 
   const SubjectDrive& begin_period(const ArmMotion& arm) noexcept;
   [[nodiscard]] const SubjectDrive& drive() const noexcept { return drive_; }
@@ -55,6 +67,9 @@ class Subject {
   void recentre(const ArmMotion& arm) noexcept;
   void modulate(const ArmMotion& arm) noexcept;
   void misbehave(const ArmMotion& arm) noexcept;
+  void contract() noexcept;
+  void hold_load(const ArmMotion& arm) noexcept;
+  [[nodiscard]] Eigen::Vector2d muscle_torque(const ArmMotion& arm) const noexcept;
 
   const SubjectProfile profile_;
   const double period_;
@@ -86,6 +101,17 @@ class Subject {
   double held_force_ = 0.0;  // N, steady force of the hand.
 
   Misconduct misconduct_;
+  double tension_ = 0.0;      // Activation of all muscles that nobody asked for.
+  double contraction_ = 0.0;  // Share of the hardest one.
+  bool is_contraction_ = false;
+  bool contracts_ = false;
+  double shown_at_ = 0.0;  // s, when the onset was shown or hidden.
+  // What activation() takes.
+  double effort_ = 1.0;                                     // The scale without fatigue.
+  Eigen::Vector2d angles_ = Eigen::Vector2d::Zero();        // rad.
+  Eigen::Vector2d load_ = Eigen::Vector2d::Zero();          // N m, of the steady muscles.
+  Eigen::Vector2d felt_rates_ = Eigen::Vector2d::Zero();    // rad/s, of the reflex's delay ago.
+  Eigen::Vector2d tremor_force_ = Eigen::Vector2d::Zero();  // N at the hand, in S; part of the drive's.
   Eigen::Vector2d offset_ = Eigen::Vector2d::Zero();  // m, of the wanted place of the hand from the posture.
 };
 

@@ -96,6 +96,19 @@ struct InstructionEffect {
   double stiffened = 2.0;  ///< Times the stiffness, of "stiffen".
 };
 
+/// How active the six muscles are (muscles.hpp), and what their EMG looks like.
+struct MuscleProfile {
+  double rest = 0.02;          ///< Activation of a muscle of which nothing is asked.
+  double per_stiffness = 0.2;  ///< Activation of a pair, for each time that its stiffness grows.
+  JointImpedance strength{60.0, 50.0, 25.0};  ///< N m at full activation.
+  double reflex = 0.3;                        ///< Activation at a stretch of 1 rad/s, where the reflex is on.
+  double reflex_threshold = 0.003;            ///< rad/s, of the stretch.
+  double contraction_latency = 0.15;          ///< s, from the onset of a contraction to the muscles.
+  double contraction_rise = 0.15;             ///< s.
+  double emg = 1e-3;                          ///< V rms at full activation.
+  double noise = 4e-6;                        ///< V rms, of the electrodes.
+};
+
 /// A subject's right arm: two uniform cylinders, linear joint stiffness and damping about the posture, and
 /// the effects of a living arm, all off by default but that he
 /// follows instructions, of which most protocols have none.
@@ -117,6 +130,7 @@ struct SubjectProfile {
   ModulationEffect modulation;
   MisconductEffect misconduct;
   InstructionEffect instruction;
+  MuscleProfile muscles;
 };
 
 }  // namespace tonus::simulation

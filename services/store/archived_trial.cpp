@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <span>
 #include <spdlog/fmt/fmt.h>
 
 #include "services/config/toml_text.hpp"
@@ -25,9 +26,8 @@ void fill(const v1::SampleBlock& block, SequenceRange range, TrialSamples& trial
   }
 }
 
-}  // namespace
-
-Result<TrialSamples> read_trial_samples(Store& store, const SessionTrial& trial) {
+/// The samples of a trial that may be read.
+Result<SequenceRange> range_of(const Store& store, const SessionTrial& trial) {
   if (!trial.record || !trial.record->has_samples) {
     return fail(ErrorCode::kNotFound,
                 fmt::format("trial {}: store '{}' has no samples of it", trial.attempt, store.name()));
@@ -37,6 +37,24 @@ Result<TrialSamples> read_trial_samples(Store& store, const SessionTrial& trial)
     return fail(ErrorCode::kDataLoss, fmt::format("trial {}: {} samples are not allowed; expected at most {}",
                                                   trial.attempt, range.count(), kMostSamples));
   }
+  return range;
+}
+
+/// Puts the block's values where none are yet; `total` values belong to each sample.
+void fill(const v1::AuxiliaryBlock& block, SequenceRange range, std::size_t total,
+          std::vector<AuxiliarySeries>& series) {
+  const std::uint64_t first = std::max(block.first_sequence(), range.first);
+  const std::uint64_t end = std::min(block.first_sequence() + block.sample_count(), range.end);
+  const std::span values(block.values());
+  for (std::uint64_t number = first; number < end; ++number)
+    put_values(values.subspan((number - block.first_sequence()) * total, total), number - range.first,
+               series);
+}
+
+}  // namespace
+
+Result<TrialSamples> read_trial_samples(Store& store, const SessionTrial& trial) {
+  TONUS_TRY_ASSIGN(const auto range, range_of(store, trial));
   TrialSamples found;
   v1::RigSample none;
   contract::put_flags({.is_missing = true}, none);
@@ -53,6 +71,25 @@ Result<TrialSamples> read_trial_samples(Store& store, const SessionTrial& trial)
   }));
   found.absent = static_cast<std::uint64_t>(std::count(found.is_there.begin(), found.is_there.end(), false));
   return found;
+}
+
+Result<std::vector<AuxiliarySeries>> read_trial_auxiliary(Store& store, const SessionTrial& trial,
+                                                          const v1::RigDescription& rig) {
+  TONUS_TRY_ASSIGN(const auto channels, contract::auxiliary_channels_of(rig));
+  if (channels.empty()) return std::vector<AuxiliarySeries>();
+  TONUS_TRY_ASSIGN(const auto range, range_of(store, trial));
+  const double rate = rig.sample_rate_Hz();
+  const std::size_t total = values_per_sample(channels, rate);
+  auto series = empty_series(channels, rate, range.count());
+  const BlockQuery query{trial.record->stream, range, true, true};
+  TONUS_TRY(store.visit_blocks(query, [&](const Block& block) -> Result<void> {
+    const auto wire = decode_auxiliary_block(block);
+    const bool is_whole =
+        wire && check(block, store.name()) && wire->values().size() == total * wire->sample_count();
+    if (is_whole) fill(*wire, range, total, series);
+    return {};
+  }));
+  return series;
 }
 
 Result<TrialRig> rig_in_force(const Session& session, const SessionTrial& trial, double force_sign) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "services/core/result.hpp"
+#include "services/mechanics/auxiliary_series.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 #include "services/store/session_reader.hpp"
 
@@ -31,6 +32,13 @@ struct TrialSamples {
 /// Reads what there is. kNotFound: the trial has no samples (it never began, or is still running). kDataLoss:
 /// its range cannot be. Other errors are the store's.
 [[nodiscard]] Result<TrialSamples> read_trial_samples(Store& store, const SessionTrial& trial);
+
+/// What the auxiliary channels that `rig` describes gave during the trial's samples, each in its unit on its
+/// own time axis, which begins with the trial's first sample. NaN where the archive has nothing. Empty where
+/// the rig describes none. Errors as read_trial_samples(); kInvalidArgument: channels that cannot be.
+[[nodiscard]] Result<std::vector<AuxiliarySeries>> read_trial_auxiliary(Store& store,
+                                                                        const SessionTrial& trial,
+                                                                        const v1::RigDescription& rig);
 
 /// What converts a trial's samples to displacement and force (services/mechanics/rig_geometry.hpp).
 struct TrialRig {

@@ -27,8 +27,32 @@ struct Header {
   }
 };
 
-/// The contract's bound, which the generated code does not have.
+/// The members of v1::AuxiliaryBlock before its values, in their order, and the number of values.
+struct AuxiliaryMembers {
+  Id rig{};
+  Id session{};
+  Id trial{};
+  std::uint64_t epoch = 0;
+  std::uint64_t first_sequence = 0;
+  std::uint32_t samples = 0;
+  bool is_resent = false;
+  std::uint32_t values = 0;
+
+  void deserialize(eprosima::fastcdr::Cdr& cdr) {
+    cdr >> rig >> session >> trial >> epoch >> first_sequence >> samples >> is_resent >> values;
+  }
+};
+
+/// The contract's bounds, which the generated code does not have.
 constexpr std::size_t kMostSamples = 256;
+constexpr std::size_t kMostValues = 14'000;
+
+Result<void> check_numbers(const char* topic, std::uint64_t first_sequence, std::uint64_t epoch) {
+  if (first_sequence <= kLargestSequence && epoch <= kLargestSequence) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              fmt::format("{}: first_sequence {} and epoch {} are not allowed; expected at most {} each",
+                          topic, first_sequence, epoch, kLargestSequence));
+}
 
 /// Bytes of a block's members with so many samples.
 std::size_t member_bytes(std::size_t samples) {
@@ -62,12 +86,7 @@ Result<Block> read_block_header(std::span<const std::byte> payload) {
                             whole, count));
   }
   TONUS_TRY(bus::detail::check_extent(payload.size(), whole, members));
-  if (header.first_sequence > kLargestSequence || header.epoch > kLargestSequence) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("rig/samples: first_sequence {} and epoch {} are not allowed; expected at most {} each",
-                    header.first_sequence, header.epoch, kLargestSequence));
-  }
+  TONUS_TRY(check_numbers("rig/samples", header.first_sequence, header.epoch));
   Block block;
   block.stream = {header.rig, header.epoch};
   block.first_sequence = header.first_sequence;
@@ -76,6 +95,44 @@ Result<Block> read_block_header(std::span<const std::byte> payload) {
   block.trial = header.trial;
   block.is_resent = header.is_resent;
   return block;
+}
+
+Result<AuxiliaryHeader> read_auxiliary_header(std::span<const std::byte> payload) {
+  static const std::size_t kNone = v1::AuxiliaryBlock::getCdrSerializedSize(v1::AuxiliaryBlock());
+  AuxiliaryMembers members;
+  TONUS_TRY(bus::detail::decode_members(payload, &members, [](void* target, eprosima::fastcdr::Cdr& cdr) {
+    static_cast<AuxiliaryMembers*>(target)->deserialize(cdr);
+  }));
+  const auto refuse = [](std::string what) { return fail(ErrorCode::kInvalidArgument, std::move(what)); };
+  if (members.samples == 0 || members.samples > kMostSamples) {
+    return refuse(fmt::format("rig/auxiliary: sample_count {} is not allowed; expected 1 to {}",
+                              members.samples, kMostSamples));
+  }
+  if (members.values > kMostValues)
+    return refuse(v1::out_of_bounds("AuxiliaryBlock.values", members.values, kMostValues));
+  if (members.values == 0 || members.values % members.samples != 0) {
+    return refuse(
+        fmt::format("rig/auxiliary: {} values of {} samples are not allowed; expected the same "
+                    "number for each",
+                    members.values, members.samples));
+  }
+  const std::size_t bytes = kNone + sizeof(float) * members.values;
+  if (payload.size() < bus::kEncapsulationBytes + bytes) {
+    return refuse(fmt::format("payload of {} bytes is not allowed; expected {} for {} values", payload.size(),
+                              bus::kEncapsulationBytes + bytes, members.values));
+  }
+  TONUS_TRY(bus::detail::check_extent(payload.size(), bus::kEncapsulationBytes + bytes, bytes));
+  TONUS_TRY(check_numbers("rig/auxiliary", members.first_sequence, members.epoch));
+  AuxiliaryHeader header;
+  header.block.stream = {members.rig, members.epoch};
+  header.block.first_sequence = members.first_sequence;
+  header.block.count = members.samples;
+  header.block.session = members.session;
+  header.block.trial = members.trial;
+  header.block.is_resent = members.is_resent;
+  header.block.is_auxiliary = true;
+  header.values_per_sample = members.values / members.samples;
+  return header;
 }
 
 }  // namespace tonus::store

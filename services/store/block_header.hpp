@@ -14,4 +14,12 @@ namespace tonus::store {
 /// samples, and numbers over 2^62. Leaves received_ns, checksum and payload of the block to the caller.
 [[nodiscard]] Result<Block> read_block_header(std::span<const std::byte> payload);
 
+/// Likewise of rig/auxiliary. Beyond what bus::decode<v1::AuxiliaryBlock> refuses: no values, a number of
+/// samples outside of 1 to 256, values that are not a whole number each sample, and numbers over 2^62.
+struct AuxiliaryHeader {
+  Block block;
+  std::uint32_t values_per_sample = 0;  ///< Of all channels together.
+};
+[[nodiscard]] Result<AuxiliaryHeader> read_auxiliary_header(std::span<const std::byte> payload);
+
 }  // namespace tonus::store

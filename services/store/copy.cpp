@@ -30,6 +30,14 @@ MessageIdentity identity_of(const Message& message) {
   return {message.topic, message.key, message.received_ns, message.checksum};
 }
 
+/// Blocks of samples, then blocks of auxiliary values.
+Result<void> visit_all_blocks(Store& store, const StreamKey& stream, const BlockVisitor& visit) {
+  BlockQuery query{stream, {0, kLargestSequence}};
+  TONUS_TRY(store.visit_blocks(query, visit));
+  query.is_auxiliary = true;
+  return store.visit_blocks(query, visit);
+}
+
 class Copy {
  public:
   Copy(Store& from, Store& to, const CopySelection& selection, const Progress& progress)
@@ -112,16 +120,16 @@ class Copy {
 
   Result<void> copy_blocks() {
     for (const StreamRecord& stream : streams_) {
-      StreamRecord bare = stream;
-      bare.coverage = {};
-      Coverage copied;
-      const BlockQuery all{stream.key, {0, kLargestSequence}};
-      TONUS_TRY(from_.visit_blocks(all, [&](const Block& block) -> Result<void> {
+      StreamRecord copied = stream;
+      copied.coverage = {};
+      copied.auxiliary_coverage = {};
+      const StreamRecord bare = copied;
+      TONUS_TRY(visit_all_blocks(from_, stream.key, [&](const Block& block) -> Result<void> {
         if (!takes(block.session)) return {};
         if (batch_.streams.empty()) batch_.streams.push_back(bare);
-        copied.add(block.range());
+        (block.is_auxiliary ? copied.auxiliary_coverage : copied.coverage).add(block.range());
         ++count_.blocks;
-        count_.samples += block.count;
+        count_.samples += block.is_auxiliary ? 0 : block.count;
         batch_bytes_ += block.payload->size();
         batch_.blocks.push_back(block);
         return flush_if(batch_bytes_ >= kBatchBytes);
@@ -132,13 +140,11 @@ class Copy {
     return {};
   }
 
-  void keep_stream(const StreamRecord& stream, const Coverage& copied) {
+  void keep_stream(const StreamRecord& stream, const StreamRecord& copied) {
     if (selection_.only.empty()) {
       last_.streams.push_back(stream);
-    } else if (!copied.ranges().empty()) {
-      StreamRecord part = stream;
-      part.coverage = copied;
-      last_.streams.push_back(part);
+    } else if (!copied.coverage.ranges().empty() || !copied.auxiliary_coverage.ranges().empty()) {
+      last_.streams.push_back(copied);
     }
   }
 
@@ -180,7 +186,7 @@ Result<void> check_all(Store& store, const CopyCount& expected) {
   CopyCount found;
   TONUS_TRY_ASSIGN(const auto streams, store.streams());
   for (const StreamRecord& stream : streams) {
-    TONUS_TRY(store.visit_blocks({stream.key, {0, kLargestSequence}}, [&found](const Block&) {
+    TONUS_TRY(visit_all_blocks(store, stream.key, [&found](const Block&) {
       ++found.blocks;
       return Result<void>();
     }));

@@ -65,4 +65,15 @@ std::vector<SequenceRange> Coverage::missing(SequenceRange within, std::size_t l
   return gaps;
 }
 
+Coverage Coverage::common(const Coverage& other) const {
+  Coverage both;
+  auto a = ranges_.begin();
+  auto b = other.ranges_.begin();
+  while (a != ranges_.end() && b != other.ranges_.end()) {
+    both.add({std::max(a->first, b->first), std::min(a->end, b->end)});
+    a->end < b->end ? ++a : ++b;
+  }
+  return both;
+}
+
 }  // namespace tonus::store

@@ -34,6 +34,9 @@ class Coverage {
   [[nodiscard]] std::vector<SequenceRange> missing(
       SequenceRange within, std::size_t limit = std::numeric_limits<std::size_t>::max()) const;
 
+  /// The numbers that are in both. O(ranges of both).
+  [[nodiscard]] Coverage common(const Coverage& other) const;
+
   /// One more than the largest number; 0 where there is none.
   [[nodiscard]] std::uint64_t end() const { return ranges_.empty() ? 0 : ranges_.back().end; }
 

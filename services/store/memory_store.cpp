@@ -92,6 +92,7 @@ Result<void> MemoryStore::visit_blocks(const BlockQuery& query, const BlockVisit
   if (stream == blocks_.end()) return {};
   for (const auto& [first, block] : stream->second) {
     if (block.range().end <= query.range.first || first >= query.range.end) continue;
+    if (block.is_auxiliary != query.is_auxiliary) continue;
     if (auto good = check(block, name()); !good && !query.with_damaged) return good;
     TONUS_TRY(visit(block));
   }

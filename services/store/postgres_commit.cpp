@@ -26,36 +26,45 @@ std::string hex(std::span<const std::byte> bytes) {
 
 std::string hex(const Id& id) { return hex(std::as_bytes(std::span(id))); }
 
+void write_coverage(pqxx::transaction_base& transaction, const std::string& table, std::int64_t stream,
+                    const Coverage& coverage) {
+  transaction.exec_params("DELETE FROM " + table + " WHERE stream = $1", stream);
+  for (const SequenceRange& range : coverage.ranges()) {
+    transaction.exec_params("INSERT INTO " + table + " VALUES ($1, $2, $3)", stream, sql::number(range.first),
+                            sql::number(range.end - 1));
+  }
+}
+
 StreamNumbers write_streams(pqxx::transaction_base& transaction, const Batch& batch) {
   StreamNumbers numbers;
   for (const StreamRecord& stream : batch.streams) {
     const auto row = transaction.exec_params1(
-        "INSERT INTO streams (rig_id, epoch, origin_sequence, resent_samples, duplicated_samples) "
-        "VALUES ($1, $2, $3, $4, $5) ON CONFLICT (rig_id, epoch) DO UPDATE SET "
+        "INSERT INTO streams (rig_id, epoch, origin_sequence, resent_samples, duplicated_samples, "
+        "auxiliary_values) VALUES ($1, $2, $3, $4, $5, $6) ON CONFLICT (rig_id, epoch) DO UPDATE SET "
         "origin_sequence = excluded.origin_sequence, resent_samples = excluded.resent_samples, "
-        "duplicated_samples = excluded.duplicated_samples RETURNING stream",
+        "duplicated_samples = excluded.duplicated_samples, "
+        "auxiliary_values = excluded.auxiliary_values RETURNING stream",
         sql::bytes(stream.key.rig), sql::number(stream.key.epoch), sql::number(stream.origin),
-        sql::number(stream.resent), sql::number(stream.duplicated));
+        sql::number(stream.resent), sql::number(stream.duplicated), stream.auxiliary_values);
     const auto number = row[0].as<std::int64_t>();
     numbers[stream.key] = number;
-    transaction.exec_params("DELETE FROM coverage WHERE stream = $1", number);
-    for (const SequenceRange& range : stream.coverage.ranges()) {
-      transaction.exec_params("INSERT INTO coverage VALUES ($1, $2, $3)", number, sql::number(range.first),
-                              sql::number(range.end - 1));
-    }
+    write_coverage(transaction, "coverage", number, stream.coverage);
+    write_coverage(transaction, "auxiliary_coverage", number, stream.auxiliary_coverage);
   }
   return numbers;
 }
 
 void write_blocks(pqxx::transaction_base& transaction, const Batch& batch, const StreamNumbers& numbers) {
   if (batch.blocks.empty()) return;
-  pqxx::stream_to rows(transaction, "blocks",
-                       std::vector<std::string>{"stream", "first_sequence", "sample_count", "session_id",
-                                                "trial_id", "is_resent", "received_ns", "crc32c", "payload"});
+  pqxx::stream_to rows(
+      transaction, "blocks",
+      std::vector<std::string>{"stream", "first_sequence", "sample_count", "session_id", "trial_id",
+                               "is_resent", "received_ns", "crc32c", "payload", "is_auxiliary"});
   for (const Block& block : batch.blocks) {
     rows << std::make_tuple(numbers.at(block.stream), sql::number(block.first_sequence), block.count,
                             hex(block.session), hex(block.trial), std::string(block.is_resent ? "t" : "f"),
-                            sql::number(block.received_ns), block.checksum, hex(*block.payload));
+                            sql::number(block.received_ns), block.checksum, hex(*block.payload),
+                            std::string(block.is_auxiliary ? "t" : "f"));
   }
   rows.complete();
 }

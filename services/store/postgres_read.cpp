@@ -45,6 +45,15 @@ TrialRecord trial_of(const pqxx::row& row) {
   return trial;
 }
 
+Coverage coverage_in(pqxx::transaction_base& transaction, const std::string& table, std::int64_t stream) {
+  Coverage coverage;
+  const auto ranges = transaction.exec_params(
+      "SELECT first_sequence, last_sequence FROM " + table + " WHERE stream = $1 ORDER BY first_sequence",
+      stream);
+  for (const pqxx::row& range : ranges) coverage.add({sql::natural(range[0]), sql::natural(range[1]) + 1});
+  return coverage;
+}
+
 /// All rows of a query, each made into a T.
 template <typename T, typename Make, typename... Parameters>
 Result<std::vector<T>> collect(PostgresLink& link, const std::string& query, const Make& make,
@@ -63,19 +72,17 @@ Result<std::vector<StreamRecord>> PostgresStore::streams() {
   std::vector<StreamRecord> all;
   auto done = link_->run([&all](pqxx::transaction_base& transaction) {
     const auto streams = transaction.exec(
-        "SELECT stream, rig_id, epoch, origin_sequence, resent_samples, duplicated_samples FROM streams "
-        "ORDER BY rig_id, epoch");
+        "SELECT stream, rig_id, epoch, origin_sequence, resent_samples, duplicated_samples, "
+        "auxiliary_values FROM streams ORDER BY rig_id, epoch");
     for (const pqxx::row& row : streams) {
       StreamRecord stream{{sql::id(row[1]), sql::natural(row[2])},
                           sql::natural(row[3]),
                           {},
                           sql::natural(row[4]),
-                          sql::natural(row[5])};
-      const auto ranges = transaction.exec_params(
-          "SELECT first_sequence, last_sequence FROM coverage WHERE stream = $1 ORDER BY first_sequence",
-          row[0].as<std::int64_t>());
-      for (const pqxx::row& range : ranges)
-        stream.coverage.add({sql::natural(range[0]), sql::natural(range[1]) + 1});
+                          sql::natural(row[5]),
+                          sql::natural32(row[6])};
+      stream.coverage = coverage_in(transaction, "coverage", row[0].as<std::int64_t>());
+      stream.auxiliary_coverage = coverage_in(transaction, "auxiliary_coverage", row[0].as<std::int64_t>());
       all.push_back(std::move(stream));
     }
   });
@@ -160,15 +167,17 @@ Result<void> PostgresStore::visit_blocks(const BlockQuery& query, const BlockVis
           "SELECT block, first_sequence, sample_count, session_id, trial_id, is_resent, received_ns, crc32c, "
           "payload FROM blocks WHERE stream = (SELECT stream FROM streams WHERE rig_id = $1 AND epoch = $2) "
           "AND first_sequence >= $3 AND first_sequence < $4 AND first_sequence + sample_count > $5 "
-          "AND (first_sequence, block) > ($6, $7) ORDER BY first_sequence, block LIMIT $8",
+          "AND (first_sequence, block) > ($6, $7) AND is_auxiliary = $8 "
+          "ORDER BY first_sequence, block LIMIT $9",
           sql::bytes(query.stream.rig), sql::number(query.stream.epoch), sql::number(lowest),
-          sql::number(end), sql::number(query.range.first), last_first, last_number, kPage);
+          sql::number(end), sql::number(query.range.first), last_first, last_number, query.is_auxiliary,
+          kPage);
       for (const pqxx::row& row : rows) {
         last_number = row[0].as<std::int64_t>();
         last_first = row[1].as<std::int64_t>();
         page.push_back({query.stream, sql::natural(row[1]), sql::natural32(row[2]), sql::id(row[3]),
                         sql::id(row[4]), row[5].as<bool>(), sql::natural(row[6]), sql::natural32(row[7]),
-                        sql::payload(row[8])});
+                        sql::payload(row[8]), query.is_auxiliary});
       }
     });
     if (!fetched) return fetched;

@@ -109,6 +109,16 @@ CREATE TABLE session_certificates (
   missing_samples BIGINT NOT NULL,
   certified_ns BIGINT NOT NULL);
 )sql"},
+    Migration{3, "auxiliary channels", R"sql(
+ALTER TABLE blocks ADD COLUMN is_auxiliary BOOLEAN NOT NULL DEFAULT FALSE;
+ALTER TABLE streams ADD COLUMN auxiliary_values BIGINT NOT NULL DEFAULT 0;
+
+CREATE TABLE auxiliary_coverage (
+  stream BIGINT NOT NULL REFERENCES streams,
+  first_sequence BIGINT NOT NULL,
+  last_sequence BIGINT NOT NULL,
+  PRIMARY KEY (stream, first_sequence));
+)sql"},
 };
 
 /// 0: there are no tables of ours.

@@ -23,7 +23,7 @@ inline constexpr std::uint64_t kLargestSequence = std::uint64_t{1} << 62U;
 using tonus::Certificate;
 using tonus::StreamKey;
 
-/// One message with samples.
+/// One message with samples, or with what the auxiliary channels gave during them.
 struct Block {
   StreamKey stream;
   std::uint64_t first_sequence = 0;
@@ -34,6 +34,7 @@ struct Block {
   std::uint64_t received_ns = 0;
   std::uint32_t checksum = 0;  ///< CRC-32C of the payload.
   Payload payload;
+  bool is_auxiliary = false;
 
   [[nodiscard]] SequenceRange range() const { return {first_sequence, first_sequence + count}; }
 };
@@ -64,6 +65,15 @@ struct StreamRecord {
   Coverage coverage;
   std::uint64_t resent = 0;      ///< Samples that came first in a resent block.
   std::uint64_t duplicated = 0;  ///< Samples that came when they were there already.
+
+  /// Values of the auxiliary channels with each sample; 0: the rig describes none. A sample with auxiliary
+  /// values is whole where both coverages have it.
+  std::uint32_t auxiliary_values = 0;
+  Coverage auxiliary_coverage{};
+
+  [[nodiscard]] Coverage whole() const {
+    return auxiliary_values == 0 ? coverage : coverage.common(auxiliary_coverage);
+  }
 };
 
 /// A session's plan, decoded where others may want to search.

@@ -1,20 +1,22 @@
 #include "services/store/recovered_rows.hpp"
 
 #include <algorithm>
+#include <span>
 #include <spdlog/fmt/fmt.h>
 
-#include "idl/bounds.hpp"
-#include "services/bus/typed.hpp"
 #include "services/core/crc32c.hpp"
 #include "services/store/block_header.hpp"
 
 namespace tonus::store {
 namespace {
 
-constexpr std::size_t kBlockColumns = 10;
+constexpr std::size_t kBlockColumns = 11;
+constexpr std::size_t kBlockColumnsBefore =
+    10;  // of rows that were written before there were auxiliary channels
 constexpr std::size_t kMessageColumns = 7;
 constexpr std::size_t kTrialColumns = 21;
-constexpr std::size_t kStreamColumns = 6;
+constexpr std::size_t kStreamColumns = 7;
+constexpr std::size_t kStreamColumnsBefore = 6;  // likewise
 
 const std::vector<std::byte>* bytes_at(const SqliteRow& row, std::size_t column, std::size_t size = 0) {
   const auto* value = std::get_if<std::vector<std::byte>>(&row.values[column]);
@@ -40,8 +42,10 @@ bool begins_with_key(const SqliteRow& row) { return std::holds_alternative<std::
 
 /// A row of `blocks`; its checksum is not checked yet.
 bool is_block(const SqliteRow& row) {
-  return row.values.size() == kBlockColumns && begins_with_key(row) && whole_at(row, 2) && whole_at(row, 3) &&
-         id_at(row, 4) && id_at(row, 5) && whole_at(row, 6) && whole_at(row, 7) && whole_at(row, 8) &&
+  const bool has_columns = row.values.size() == kBlockColumns ? whole_at(row, 10).has_value()
+                                                              : row.values.size() == kBlockColumnsBefore;
+  return has_columns && begins_with_key(row) && whole_at(row, 2) && whole_at(row, 3) && id_at(row, 4) &&
+         id_at(row, 5) && whole_at(row, 6) && whole_at(row, 7) && whole_at(row, 8) &&
          bytes_at(row, 9) != nullptr;
 }
 
@@ -51,13 +55,22 @@ bool is_message(const SqliteRow& row) {
          whole_at(row, 4) && whole_at(row, 5) && bytes_at(row, 6) != nullptr;
 }
 
-/// None where its content is not what its checksum was made of, or not samples.
+/// What the content says of itself; none where it is not what the column says.
+std::optional<Block> header_of(std::span<const std::byte> payload, bool is_auxiliary) {
+  if (is_auxiliary) {
+    auto header = read_auxiliary_header(payload);
+    return header ? std::optional(std::move(header->block)) : std::nullopt;
+  }
+  auto header = read_block_header(payload);
+  return header ? std::optional(std::move(*header)) : std::nullopt;
+}
+
+/// None where its content is not what its checksum was made of, or neither samples nor auxiliary values.
 std::optional<Block> block_of(const SqliteRow& row) {
   const auto* payload = bytes_at(row, 9);
   if (crc32c(*payload) != *whole_at(row, 8)) return {};
-  const auto wire = bus::decode<v1::SampleBlock>(*payload);
-  if (!wire) return {};
-  auto block = read_block_header(*payload);
+  const bool is_auxiliary = row.values.size() == kBlockColumns && *whole_at(row, 10) != 0;
+  auto block = header_of(*payload, is_auxiliary);
   if (!block) return {};
   block->session = *id_at(row, 4);
   block->trial = *id_at(row, 5);
@@ -65,7 +78,7 @@ std::optional<Block> block_of(const SqliteRow& row) {
   block->received_ns = *whole_at(row, 7);
   block->checksum = static_cast<std::uint32_t>(*whole_at(row, 8));
   block->payload = std::make_shared<const std::vector<std::byte>>(*payload);
-  return std::move(*block);
+  return block;
 }
 
 std::optional<Message> message_of(const SqliteRow& row) {
@@ -98,6 +111,8 @@ void take_stream(const SqliteRow& row, RecoveredRows& rows) {
   stream.origin = whole_at(row, 3).value_or(0);
   stream.resent = whole_at(row, 4).value_or(0);
   stream.duplicated = whole_at(row, 5).value_or(0);
+  if (row.values.size() == kStreamColumns)
+    stream.auxiliary_values = static_cast<std::uint32_t>(whole_at(row, 6).value_or(0));
   rows.streams[stream.key] = stream;
 }
 
@@ -120,7 +135,7 @@ Result<RecoveredRows> find_rows(SqlitePages& pages, const Progress& progress) {
           }
         } else if (row.values.size() == kTrialColumns) {
           take_trial(row, rows);
-        } else if (row.values.size() == kStreamColumns) {
+        } else if (row.values.size() == kStreamColumns || row.values.size() == kStreamColumnsBefore) {
           take_stream(row, rows);
         }
       },

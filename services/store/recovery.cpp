@@ -7,6 +7,7 @@
 #include "idl/topics.hpp"
 #include "services/contract/names.hpp"
 #include "services/core/folder.hpp"
+#include "services/store/block_header.hpp"
 #include "services/store/open_store.hpp"
 #include "services/store/recovered_rows.hpp"
 #include "services/store/sqlite_pages.hpp"
@@ -50,7 +51,7 @@ class Rebuilder {
     for (const auto& [number, cell] : found_.blocks) {
       auto block = read_block(pages_, cell);
       if (!block) continue;
-      coverage_[block->stream].add(block->range());
+      note(*block);
       batch_.blocks.push_back(std::move(*block));
       ++recovery.blocks;
       TONUS_TRY(commit_if_full());
@@ -81,6 +82,24 @@ class Rebuilder {
     }
   }
 
+  void note(const Block& block) {
+    StreamRecord& stream = stream_of(block.stream);
+    (block.is_auxiliary ? stream.auxiliary_coverage : stream.coverage).add(block.range());
+    if (!block.is_auxiliary || stream.auxiliary_values != 0) return;
+    if (const auto header = read_auxiliary_header(*block.payload))
+      stream.auxiliary_values = header->values_per_sample;
+  }
+
+  /// What only the table has comes from there, where it is left.
+  StreamRecord& stream_of(const StreamKey& key) {
+    const auto [place, is_new] = streams_.try_emplace(key);
+    if (!is_new) return place->second;
+    if (const auto known = found_.streams.find(key); known != found_.streams.end())
+      place->second = known->second;
+    place->second.key = key;
+    return place->second;
+  }
+
   void note_frontier(const StreamKey& stream, std::uint64_t end) {
     auto& frontier = frontiers_[stream];
     frontier = std::max(frontier, end);
@@ -98,13 +117,7 @@ class Rebuilder {
 
   /// As far as they are known by now.
   void add_streams() {
-    for (const auto& [key, coverage] : coverage_) {
-      StreamRecord stream;
-      if (const auto known = found_.streams.find(key); known != found_.streams.end()) stream = known->second;
-      stream.key = key;
-      stream.coverage = coverage;
-      batch_.streams.push_back(stream);
-    }
+    for (const auto& [key, stream] : streams_) batch_.streams.push_back(stream);
   }
 
   void list_lost_samples(Recovery& recovery) const {
@@ -113,7 +126,7 @@ class Rebuilder {
       const std::uint64_t end =
           std::max(stream.coverage.end(), frontier == frontiers_.end() ? 0 : frontier->second);
       if (stream.origin >= end) continue;
-      for (const auto& range : stream.coverage.missing({stream.origin, end}))
+      for (const auto& range : stream.whole().missing({stream.origin, end}))
         recovery.lost_samples.push_back({stream.key, range});
     }
   }
@@ -126,7 +139,7 @@ class Rebuilder {
       }
       auto& counts = trial.certificate;
       counts.expected = trial.range().count();
-      counts.received = trial.has_samples ? coverage_[trial.stream].count_in(trial.range()) : 0;
+      counts.received = trial.has_samples ? stream_of(trial.stream).whole().count_in(trial.range()) : 0;
       counts.missing = counts.expected - counts.received;
       trial.is_certified = counts.missing == 0;
       if (!trial.is_certified) {
@@ -154,7 +167,7 @@ class Rebuilder {
   }
 
   Result<void> finish(Recovery& recovery) {
-    for (const auto& [key, end] : frontiers_) coverage_[key];
+    for (const auto& [key, end] : frontiers_) (void)stream_of(key);
     add_streams();
     list_lost_samples(recovery);
     add_trials(recovery);
@@ -175,7 +188,7 @@ class Rebuilder {
   std::map<Id, SessionRecord> sessions_;
   std::map<Id, TrialRecord> trials_;
   std::map<Id, std::uint32_t> ends_;
-  std::map<StreamKey, Coverage> coverage_;
+  std::map<StreamKey, StreamRecord> streams_;
   std::map<StreamKey, std::uint64_t> frontiers_;
 };
 

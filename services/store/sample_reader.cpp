@@ -13,21 +13,30 @@ std::string samples_text(const StreamKey& stream, SequenceRange range) {
                      stream.epoch);
 }
 
-}  // namespace
-
-Result<v1::SampleBlock> decode_block(const Block& block) {
-  auto wire = bus::decode<v1::SampleBlock>(*block.payload);
+/// `count_of` says how many samples the message is of.
+template <typename T, typename CountOf>
+Result<T> decode_filed(const Block& block, const CountOf& count_of) {
+  auto wire = bus::decode<T>(*block.payload);
   if (!wire) {
     return fail(ErrorCode::kDataLoss,
                 fmt::format("{} cannot be decoded: {}", samples_text(block.stream, block.range()),
                             wire.error().message));
   }
   const bool is_as_filed = wire->rig_id() == block.stream.rig && wire->epoch() == block.stream.epoch &&
-                           wire->first_sequence() == block.first_sequence &&
-                           wire->samples().size() == block.count;
+                           wire->first_sequence() == block.first_sequence && count_of(*wire) == block.count;
   if (is_as_filed) return wire;
   return fail(ErrorCode::kDataLoss,
               fmt::format("{} are not what their block holds", samples_text(block.stream, block.range())));
+}
+
+}  // namespace
+
+Result<v1::SampleBlock> decode_block(const Block& block) {
+  return decode_filed<v1::SampleBlock>(block, [](const auto& wire) { return wire.samples().size(); });
+}
+
+Result<v1::AuxiliaryBlock> decode_auxiliary_block(const Block& block) {
+  return decode_filed<v1::AuxiliaryBlock>(block, [](const auto& wire) { return wire.sample_count(); });
 }
 
 Result<std::vector<v1::RigSample>> read_samples(Store& store, const StreamKey& stream, SequenceRange range) {

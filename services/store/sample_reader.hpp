@@ -12,6 +12,9 @@ namespace tonus::store {
 /// the block is filed under. The checksum is the store's matter.
 [[nodiscard]] Result<v1::SampleBlock> decode_block(const Block& block);
 
+/// Likewise of a block of auxiliary values.
+[[nodiscard]] Result<v1::AuxiliaryBlock> decode_auxiliary_block(const Block& block);
+
 /// Every sample of a stream's range, in order and once each, decoded from the blocks as they came.
 /// kDataLoss: a block is damaged, or samples are missing; the message says which.
 [[nodiscard]] Result<std::vector<v1::RigSample>> read_samples(Store& store, const StreamKey& stream,

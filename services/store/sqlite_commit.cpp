@@ -9,16 +9,18 @@ namespace {
 constexpr std::array kWriteSql{
     "INSERT INTO blocks (stream, first_sequence, sample_count, session_id, trial_id, is_resent, received_ns, "
     "crc32c, "
-    "payload) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?)",
+    "payload, is_auxiliary) VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     "INSERT INTO messages (topic, key, session_id, received_ns, crc32c, payload) VALUES (?, ?, ?, ?, ?, ?)",
     "INSERT OR REPLACE INTO sessions VALUES (?, ?, ?, ?, ?, ?, ?, ?)",
-    "INSERT INTO streams (rig_id, epoch, origin_sequence, resent_samples, duplicated_samples) VALUES (?, ?, "
-    "?, ?, ?) "
+    "INSERT INTO streams (rig_id, epoch, origin_sequence, resent_samples, duplicated_samples, "
+    "auxiliary_values) VALUES (?, ?, ?, ?, ?, ?) "
     "ON CONFLICT (rig_id, epoch) DO UPDATE SET origin_sequence = excluded.origin_sequence, "
-    "resent_samples = excluded.resent_samples, duplicated_samples = excluded.duplicated_samples RETURNING "
-    "stream",
+    "resent_samples = excluded.resent_samples, duplicated_samples = excluded.duplicated_samples, "
+    "auxiliary_values = excluded.auxiliary_values RETURNING stream",
     "DELETE FROM coverage WHERE stream = ?",
     "INSERT INTO coverage VALUES (?, ?, ?)",
+    "DELETE FROM auxiliary_coverage WHERE stream = ?",
+    "INSERT INTO auxiliary_coverage VALUES (?, ?, ?)",
     "INSERT OR REPLACE INTO trials VALUES (?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?, ?)",
     "INSERT OR REPLACE INTO trial_tallies VALUES (?, ?, ?)",
     "DELETE FROM trial_tallies WHERE trial_id = ?",
@@ -81,15 +83,21 @@ Result<void> SqliteStore::write(const Batch& batch) {
 Result<void> SqliteStore::write_stream(const StreamRecord& stream) {
   Statement& put = writing_[kPutStream];
   put.bind(0, stream.key.rig).bind(1, stream.key.epoch).bind(2, stream.origin);
-  const auto has_number = put.bind(3, stream.resent).bind(4, stream.duplicated).step(database_);
+  put.bind(3, stream.resent).bind(4, stream.duplicated).bind(5, stream.auxiliary_values);
+  const auto has_number = put.step(database_);
   const std::int64_t number = has_number && *has_number ? put.integer(0) : 0;
   put.reset();
   if (!has_number) return has_number.error();
   stream_numbers_[stream.key] = number;
-  TONUS_TRY(writing_[kDropCoverage].bind(0, number).run(database_));
-  for (const SequenceRange& range : stream.coverage.ranges()) {
-    auto done =
-        writing_[kPutCoverage].bind(0, number).bind(1, range.first).bind(2, range.end - 1).run(database_);
+  TONUS_TRY(write_coverage(kDropCoverage, kPutCoverage, number, stream.coverage));
+  return write_coverage(kDropAuxiliaryCoverage, kPutAuxiliaryCoverage, number, stream.auxiliary_coverage);
+}
+
+Result<void> SqliteStore::write_coverage(Write drop, Write put, std::int64_t stream,
+                                         const Coverage& coverage) {
+  TONUS_TRY(writing_[drop].bind(0, stream).run(database_));
+  for (const SequenceRange& range : coverage.ranges()) {
+    auto done = writing_[put].bind(0, stream).bind(1, range.first).bind(2, range.end - 1).run(database_);
     if (!done) return done;
   }
   return {};
@@ -106,7 +114,7 @@ Result<void> SqliteStore::write_block(const Block& block) {
   Statement& insert = writing_[kInsertBlock];
   insert.bind(0, number).bind(1, block.first_sequence).bind(2, block.count).bind(3, block.session);
   insert.bind(4, block.trial).bind(5, block.is_resent).bind(6, block.received_ns).bind(7, block.checksum);
-  return insert.bind(8, std::span(*block.payload)).run(database_);
+  return insert.bind(8, std::span(*block.payload)).bind(9, block.is_auxiliary).run(database_);
 }
 
 Result<void> SqliteStore::write_message(const Message& message) {

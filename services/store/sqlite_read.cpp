@@ -19,12 +19,17 @@ Result<std::vector<StreamRecord>> SqliteStore::streams() {
   TONUS_TRY_ASSIGN(auto statement,
                    Statement::prepare(database_,
                                       "SELECT stream, rig_id, epoch, origin_sequence, resent_samples, "
-                                      "duplicated_samples FROM streams ORDER BY rig_id, epoch"));
+                                      "duplicated_samples, auxiliary_values FROM streams "
+                                      "ORDER BY rig_id, epoch"));
   TONUS_TRY_ASSIGN(
       auto ranges,
       Statement::prepare(
           database_,
           "SELECT first_sequence, last_sequence FROM coverage WHERE stream = ? ORDER BY first_sequence"));
+  TONUS_TRY_ASSIGN(auto auxiliary_ranges,
+                   Statement::prepare(database_,
+                                      "SELECT first_sequence, last_sequence FROM auxiliary_coverage "
+                                      "WHERE stream = ? ORDER BY first_sequence"));
   std::vector<StreamRecord> streams;
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
@@ -34,19 +39,27 @@ Result<std::vector<StreamRecord>> SqliteStore::streams() {
                         statement.natural(3),
                         {},
                         statement.natural(4),
-                        statement.natural(5)};
-    ranges.bind(0, number);
-    while (true) {
-      TONUS_TRY_ASSIGN(const auto has_range, ranges.step(database_));
-      if (!has_range) break;
-      stream.coverage.add({ranges.natural(0), ranges.natural(1) + 1});
-    }
-    ranges.reset();
+                        statement.natural(5),
+                        statement.natural32(6)};
+    TONUS_TRY_ASSIGN(stream.coverage, read_coverage(database_, ranges, number));
+    TONUS_TRY_ASSIGN(stream.auxiliary_coverage, read_coverage(database_, auxiliary_ranges, number));
     stream_numbers_[stream.key] = number;
     streams.push_back(std::move(stream));
   }
   TONUS_TRY(check_resting());
   return streams;
+}
+
+Result<Coverage> SqliteStore::read_coverage(Database& database, Statement& ranges, std::int64_t stream) {
+  Coverage coverage;
+  ranges.bind(0, stream);
+  while (true) {
+    TONUS_TRY_ASSIGN(const auto has_range, ranges.step(database));
+    if (!has_range) break;
+    coverage.add({ranges.natural(0), ranges.natural(1) + 1});
+  }
+  ranges.reset();
+  return coverage;
 }
 
 Result<std::vector<SessionRecord>> SqliteStore::sessions() {
@@ -190,10 +203,11 @@ Result<void> SqliteStore::visit_blocks(const BlockQuery& query, const BlockVisit
           "WHERE stream = (SELECT stream FROM streams WHERE rig_id = ? AND epoch = ?) AND first_sequence >= "
           "? "
           "AND "
-          "first_sequence < ? AND first_sequence + sample_count > ? ORDER BY first_sequence, block"));
+          "first_sequence < ? AND first_sequence + sample_count > ? AND is_auxiliary = ? "
+          "ORDER BY first_sequence, block"));
   const std::uint64_t lowest = query.range.first < kLargestBlock ? 0 : query.range.first - kLargestBlock;
   statement.bind(0, query.stream.rig).bind(1, query.stream.epoch);
-  statement.bind(2, lowest).bind(3, query.range.end).bind(4, query.range.first);
+  statement.bind(2, lowest).bind(3, query.range.end).bind(4, query.range.first).bind(5, query.is_auxiliary);
   while (true) {
     TONUS_TRY_ASSIGN(const auto has_row, statement.step(database_));
     if (!has_row) return check_resting();
@@ -205,7 +219,8 @@ Result<void> SqliteStore::visit_blocks(const BlockQuery& query, const BlockVisit
                 statement.integer(4) != 0,
                 statement.natural(5),
                 statement.natural32(6),
-                std::make_shared<const std::vector<std::byte>>(statement.blob(7))};
+                std::make_shared<const std::vector<std::byte>>(statement.blob(7)),
+                query.is_auxiliary};
     if (auto good = check(block, name()); !good && !query.with_damaged) return good;
     TONUS_TRY(visit(block));
   }

@@ -108,6 +108,16 @@ CREATE TABLE session_certificates (
   missing_samples INTEGER NOT NULL,
   certified_ns INTEGER NOT NULL);
 )sql"},
+    Migration{3, "auxiliary channels", R"sql(
+ALTER TABLE blocks ADD COLUMN is_auxiliary INTEGER NOT NULL DEFAULT 0;
+ALTER TABLE streams ADD COLUMN auxiliary_values INTEGER NOT NULL DEFAULT 0;
+
+CREATE TABLE auxiliary_coverage (
+  stream INTEGER NOT NULL REFERENCES streams,
+  first_sequence INTEGER NOT NULL,
+  last_sequence INTEGER NOT NULL,
+  PRIMARY KEY (stream, first_sequence)) WITHOUT ROWID;
+)sql"},
 };
 
 // Indexes change no content: they are no version, and a file that is only read does without.

@@ -73,6 +73,8 @@ class SqliteStore final : public Store {
     kPutStream,
     kDropCoverage,
     kPutCoverage,
+    kDropAuxiliaryCoverage,
+    kPutAuxiliaryCoverage,
     kPutTrial,
     kPutTally,
     kDropTally,
@@ -92,6 +94,10 @@ class SqliteStore final : public Store {
   [[nodiscard]] Result<void> write_message(const Message& message);
   [[nodiscard]] Result<void> write_session(const SessionRecord& session);
   [[nodiscard]] Result<void> write_stream(const StreamRecord& stream);
+  [[nodiscard]] Result<void> write_coverage(Write drop, Write put, std::int64_t stream,
+                                            const Coverage& coverage);
+  [[nodiscard]] static Result<Coverage> read_coverage(Database& database, Statement& ranges,
+                                                      std::int64_t stream);
   [[nodiscard]] Result<void> write_trial(const TrialRecord& trial);
   [[nodiscard]] Result<void> write_tally(const TrialTally& tally);
   [[nodiscard]] Result<void> write_certificate(const SessionCertificate& certificate);

@@ -10,9 +10,9 @@ Result<void> check(const Block& block, const std::string& store_name) {
   if (crc32c(*block.payload) == block.checksum) return {};
   return fail(
       ErrorCode::kDataLoss,
-      fmt::format("store '{}': samples {} to {} of rig {}, epoch {}, are damaged: the checksum differs",
-                  store_name, block.first_sequence, block.range().end - 1, to_hex(block.stream.rig),
-                  block.stream.epoch));
+      fmt::format("store '{}': {} {} to {} of rig {}, epoch {}, are damaged: the checksum differs",
+                  store_name, block.is_auxiliary ? "auxiliary values of samples" : "samples",
+                  block.first_sequence, block.range().end - 1, to_hex(block.stream.rig), block.stream.epoch));
 }
 
 Result<void> check(const Message& message, const std::string& store_name) {

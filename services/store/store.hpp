@@ -15,6 +15,7 @@ struct BlockQuery {
   StreamKey stream;
   SequenceRange range;
   bool with_damaged = false;  ///< Visits damaged ones too, instead of an error: the caller checks them.
+  bool is_auxiliary = false;  ///< Blocks of auxiliary values in place of those of samples.
 };
 
 /// Messages, in the order of arrival. Empty topic: all; no session or key: any.

@@ -8,7 +8,9 @@
 
 #include "analysis_service/offline/archived_trial.hpp"
 #include "analysis_service/service/command_line.hpp"
+#include "analysis_service/service/muscle_settings.hpp"
 #include "analysis_service/service/wire.hpp"
+#include "services/store/sample_reader.hpp"
 
 namespace tonus::verification {
 namespace {
@@ -103,16 +105,20 @@ class Rerun {
  public:
   Rerun(store::Store& store, const Session& session, const CoreChoice& choice)
       : store_(store), session_(session), choice_(choice), core_(choice.core) {
-    core_.set_session(session.record.session);
+    core_.set_session(session.record.session,
+                      identification::muscle_settings_of(session.plan.protocol_toml()));
   }
 
   Result<void> judge(const SessionTrial& trial) {
     TONUS_TRY_ASSIGN(const auto archived,
                      identification::read_archived_trial(store_, session_, trial, choice_.force_sign));
     const auto& description = archived.rig.description;
+    TONUS_TRY_ASSIGN(auto channels, contract::auxiliary_channels_of(description));
     core_.set_rig(description.rig_id(), archived.rig.geometry, description.sample_rate_Hz(),
-                  identification::is_rotary({description.displacement_unit(), description.force_unit()}));
+                  identification::is_rotary({description.displacement_unit(), description.force_unit()}),
+                  std::move(channels));
     add_rows(core_, archived);
+    TONUS_TRY(add_auxiliary(trial));
     core_.add(archived.measured.report, now_);
     const std::size_t before = found_.verdicts.size();
     for (int step = 0; step < kMostSteps && found_.verdicts.size() == before; ++step) {
@@ -133,6 +139,17 @@ class Rerun {
   }
 
  private:
+  /// As archived: the core puts them together as the service's did.
+  Result<void> add_auxiliary(const SessionTrial& trial) {
+    if (!trial.record || !trial.record->has_samples) return {};
+    const store::BlockQuery query{trial.record->stream, trial.record->range(), true, true};
+    return store_.visit_blocks(query, [&](const store::Block& block) -> Result<void> {
+      const auto wire = store::decode_auxiliary_block(block);
+      if (wire && store::check(block, store_.name())) core_.add(identification::from_wire(*wire));
+      return {};
+    });
+  }
+
   void advance() {
     const auto output = core_.advance(now_, true);
     for (const auto& judged : output.verdicts)

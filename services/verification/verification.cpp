@@ -17,6 +17,11 @@ namespace {
 using store::Session;
 using Outcome = EstimateCheck::Outcome;
 
+template <typename T>
+Result<void> drop_value(const Result<T>& result) {
+  return result ? Result<void>() : result.error();
+}
+
 /// Of the verdict that holds, with an operator's review.
 std::string verdict_text(const v1::TrialVerdict& given, const v1::TrialReview* review) {
   const v1::TrialVerdict verdict = contract::standing_verdict(given, review);
@@ -65,12 +70,17 @@ class Verifier {
     for (const auto& trial : session.trials) {
       if (trial.record && trial.record->has_samples) streams.insert(trial.record->stream);
     }
+    TONUS_TRY_ASSIGN(const auto records, store_.streams());
+    for (const auto& record : records)
+      if (record.auxiliary_values > 0) has_auxiliary_.insert(record.key);
     for (const auto& stream : streams) {
-      const store::BlockQuery query{stream, {0, store::kLargestSequence}, true};
-      TONUS_TRY(store_.visit_blocks(query, [&](const store::Block& block) -> Result<void> {
-        if (block.session == record_.session) check_block(block);
-        return {};
-      }));
+      for (const bool is_auxiliary : {false, true}) {
+        const store::BlockQuery query{stream, {0, store::kLargestSequence}, true, is_auxiliary};
+        TONUS_TRY(store_.visit_blocks(query, [&](const store::Block& block) -> Result<void> {
+          if (block.session == record_.session) check_block(block);
+          return {};
+        }));
+      }
     }
     return {};
   }
@@ -81,10 +91,26 @@ class Verifier {
       ++found_.damaged_blocks;
       return problem(good.error().message);
     }
-    const auto wire = store::decode_block(block);
-    if (wire) return;
-    ++found_.damaged_blocks;
-    problem(fmt::format("store '{}': {}", store_.name(), wire.error().message));
+    const auto content = block.is_auxiliary ? drop_value(store::decode_auxiliary_block(block))
+                                            : drop_value(store::decode_block(block));
+    if (!content) {
+      ++found_.damaged_blocks;
+      return problem(fmt::format("store '{}': {}", store_.name(), content.error().message));
+    }
+    if (block.is_auxiliary) auxiliary_[block.stream].add(block.range());
+  }
+
+  /// How many of a trial's samples are there with the auxiliary values of their time, where the rig has such.
+  std::uint64_t count_whole(const store::TrialRecord& trial, const store::TrialSamples& samples) const {
+    if (!has_auxiliary_.contains(trial.stream)) return samples.samples.size() - samples.absent;
+    const auto values = auxiliary_.find(trial.stream);
+    if (values == auxiliary_.end()) return 0;
+    store::Coverage there;
+    for (std::size_t i = 0; i < samples.is_there.size(); ++i) {
+      const std::uint64_t number = trial.first_sequence + i;
+      if (samples.is_there[i]) there.add({number, number + 1});
+    }
+    return there.common(values->second).count_in(trial.range());
   }
 
   Result<void> check_trials(const Session& session) {
@@ -102,8 +128,8 @@ class Verifier {
       const auto& given = check.certificate;
       if (trial.record->has_samples) {
         TONUS_TRY_ASSIGN(const auto samples, store::read_trial_samples(store_, trial));
-        check.absent = samples.absent;
-        check.found = samples.samples.size() - samples.absent;
+        check.found = count_whole(*trial.record, samples);
+        check.absent = samples.samples.size() - check.found;
       }
       const std::uint64_t expected = check.found + check.absent;
       if (check.is_certified && (given.expected != expected || given.received != check.found)) {
@@ -275,6 +301,8 @@ class Verifier {
   store::Store& store_;
   const store::SessionRecord& record_;
   const Progress& progress_;
+  std::set<store::StreamKey> has_auxiliary_;
+  std::map<store::StreamKey, store::Coverage> auxiliary_;  ///< Whole blocks of the session.
   Verification found_;
 };
 

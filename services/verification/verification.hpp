@@ -11,7 +11,8 @@
 
 namespace tonus::verification {
 
-/// A trial's samples as they are there, beside its certificate.
+/// A trial's samples as they are there, beside its certificate. Where the rig has auxiliary channels, a
+/// sample is there with the auxiliary values of its time.
 struct TrialCheck {
   std::uint32_t attempt = 0;
   store::Certificate certificate;  ///< As the archive issued it.
@@ -44,7 +45,7 @@ struct VerdictCheck {
 };
 
 struct Verification {
-  std::uint64_t blocks = 0;
+  std::uint64_t blocks = 0;  ///< Of samples and of auxiliary values.
   std::uint64_t damaged_blocks = 0;
   std::uint64_t messages = 0;
   std::uint64_t damaged_messages = 0;

@@ -1,6 +1,7 @@
 #include <memory>
 #include <mutex>
 #include <nlohmann/json.hpp>
+#include <pybind11/numpy.h>
 #include <pybind11/stl.h>
 
 #include "analysis_service/offline/request.hpp"
@@ -124,6 +125,20 @@ py::tuple read_trials(const OpenSession& session, const std::vector<std::size_t>
   return py::make_tuple(arrays_of(std::make_shared<const Signals>(std::move(read.signals))), places);
 }
 
+/// Of a trial: (name, type, unit, rate, values, time of the first value) of each auxiliary channel.
+py::list read_trial_auxiliary(const OpenSession& session, std::size_t number) {
+  const store::SessionTrial& trial = session.content.trials.at(number);
+  const auto found = with_store(
+      *session.archive, [&](store::Store& store) { return read_auxiliary(store, session.content, trial); });
+  py::list channels;
+  for (const AuxiliarySeries& one : found.series) {
+    const py::array_t<float> values(static_cast<py::ssize_t>(one.values.size()), one.values.data());
+    channels.append(py::make_tuple(one.channel.name, one.channel.type, one.channel.unit, one.channel.rate,
+                                   values, found.first_sample_time + one.time_of(0)));
+  }
+  return channels;
+}
+
 std::string published_text(const OpenSession& session) {
   return results_text(identification::published_results(session.content));
 }
@@ -148,6 +163,7 @@ void bind_archives(py::module_& module) {
       .def("facts", &facts_of)
       .def("trials", &trials_text)
       .def("read", &read_trials, py::arg("numbers"))
+      .def("auxiliary", &read_trial_auxiliary, py::arg("number"))
       .def("published", &published_text)
       .def("identify", &identify_session);
   module.def("default_store",

@@ -113,4 +113,17 @@ Result<SessionSignals> read_signals(store::Store& store, const store::Session& s
   return all;
 }
 
+Result<TrialAuxiliary> read_auxiliary(store::Store& store, const store::Session& session,
+                                      const store::SessionTrial& trial) {
+  TrialAuxiliary found;
+  if (!trial.outcome || !trial.record || !trial.record->has_samples) return found;
+  TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial));
+  TONUS_TRY_ASSIGN(found.series, store::read_trial_auxiliary(store, trial, rig.description));
+  const v1::TrialOutcome& outcome = trial.outcome->value;
+  found.first_sample_time =
+      static_cast<double>(static_cast<std::int64_t>(outcome.first_sequence() - outcome.onset_sequence())) /
+      outcome.sample_rate_Hz();
+  return found;
+}
+
 }  // namespace tonus::python

@@ -47,4 +47,14 @@ struct SessionSignals {
 [[nodiscard]] Result<SessionSignals> read_signals(store::Store& store, const store::Session& session,
                                                   const std::vector<const store::SessionTrial*>& trials);
 
+/// What a trial's auxiliary channels gave, and the time of each channel's first value from the onset, s.
+struct TrialAuxiliary {
+  std::vector<AuxiliarySeries> series;
+  double first_sample_time = 0.0;  ///< Of the trial's first sample, from the onset.
+};
+
+/// As store::read_trial_auxiliary(); nothing of a trial without samples.
+[[nodiscard]] Result<TrialAuxiliary> read_auxiliary(store::Store& store, const store::Session& session,
+                                                    const store::SessionTrial& trial);
+
 }  // namespace tonus::python

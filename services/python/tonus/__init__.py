@@ -14,14 +14,14 @@ pandas. The numbers are those of the programs, to the last bit, because the C++ 
 
 from tonus import errors, plot
 from tonus._tonus import version as __version__
-from tonus.archive import Archive, Samples, Session, Trial, open
+from tonus.archive import Archive, Auxiliary, Samples, Session, Trial, open
 from tonus.errors import (AlreadyExistsError, DataLossError, Error, InternalError, InvalidArgumentError, IoError,
                           NotFoundError, TimeoutError, UnavailableError)
 from tonus.estimate import Ellipse, Estimate, Parameters, identify, table
 from tonus.live import Message, Subscription, subscribe
 from tonus.recording import Dataset, Recording, read_bids, simulate
 
-__all__ = ["AlreadyExistsError", "Archive", "DataLossError", "Dataset", "Ellipse", "Error", "Estimate", "InternalError",
-           "InvalidArgumentError", "IoError", "Message", "NotFoundError", "Parameters", "Recording", "Samples", "Session",
-           "Subscription", "TimeoutError", "Trial", "UnavailableError", "__version__", "errors", "identify", "open", "plot",
-           "read_bids", "simulate", "subscribe", "table"]
+__all__ = ["AlreadyExistsError", "Archive", "Auxiliary", "DataLossError", "Dataset", "Ellipse", "Error", "Estimate",
+           "InternalError", "InvalidArgumentError", "IoError", "Message", "NotFoundError", "Parameters", "Recording",
+           "Samples", "Session", "Subscription", "TimeoutError", "Trial", "UnavailableError", "__version__", "errors",
+           "identify", "open", "plot", "read_bids", "simulate", "subscribe", "table"]

@@ -4,6 +4,7 @@ from __future__ import annotations
 
 import json
 import os
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, Iterator, Optional, Sequence, Union
 
@@ -50,6 +51,22 @@ class Samples:
         """First row and row after the last of each trial, ``(trials, 2)``."""
         places = np.array(self._places, dtype=np.int64).reshape(-1, 3)
         return np.stack([places[:, 0], places[:, 0] + places[:, 1]], axis=1)
+
+
+@dataclass(frozen=True)
+class Auxiliary:
+    """What a channel beside force and motion gave in a trial, on its own time axis."""
+
+    name: str
+    type: str
+    """Of BIDS: EMG, MISC, TRIG, ..."""
+    unit: str
+    rate: float
+    """Hz."""
+    time: Array
+    """s from the onset of the perturbation, ``(values,)``."""
+    values: npt.NDArray[np.float32]
+    """In the unit, ``(values,)``; NaN where nothing was measured."""
 
 
 class Trial:
@@ -193,6 +210,31 @@ class Trial:
         """True where nothing was measured, ``(rows,)``."""
         return self._column("is_missing")
 
+    @cached_property
+    def auxiliary(self) -> dict[str, "Auxiliary"]:
+        """The channels beside force and motion (EMG, triggers, ...), by name; empty: the rig has none."""
+        channels = {}
+        for name, kind, unit, rate, values, first in self._session._read_auxiliary(self._index):
+            time = first + np.arange(len(values)) / rate
+            values.setflags(write=False)
+            time.setflags(write=False)
+            channels[name] = Auxiliary(name, kind, unit, rate, time, values)
+        return channels
+
+    @property
+    def muscles(self) -> dict[str, dict[str, Any]]:
+        """The verdict's activity of each muscle, by EMG channel: ``before_onset``, ``short_latency`` (20 to 50 ms),
+        ``long_latency`` (50 to 100 ms), relative to the reference contraction where ``is_normalised``."""
+        verdict = self._facts["verdict"]
+        return {} if verdict is None else {muscle["channel"]: muscle for muscle in verdict["muscles"]}
+
+    @property
+    def co_contraction(self) -> float:
+        """Index of antagonists before the onset, 0 to 1; NaN: not known."""
+        verdict = self._facts["verdict"]
+        index = None if verdict is None else verdict["co_contraction"]
+        return float("nan") if index is None else float(index)
+
     def __len__(self) -> int:
         return int(self._facts["rows"])
 
@@ -319,6 +361,9 @@ class Session:
             return self.samples, self.samples._places[index]
         arrays, places = self._native.read([index])
         return Samples(arrays, places), places[0]
+
+    def _read_auxiliary(self, index: int) -> list[tuple[str, str, str, float, npt.NDArray[np.float32], float]]:
+        return self._native.auxiliary(index)
 
     @property
     def published(self) -> list[Estimate]:

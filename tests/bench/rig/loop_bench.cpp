@@ -145,8 +145,10 @@ int run(const BenchOptions& options) {
   auto rig = needed(rig::Rig::create(rig_options, "bench"));
   auto spool = needed(rig::Spool::open({.folder = folder / "spool"}));
   auto log = needed(rig::TrialLog::open(folder / "trials.log"));
-  rig::Publisher publisher({.rig = rig.names().id, .epoch = 1}, spool,
-                           needed(bus->create_writer(topics::kRigSamples.spec)), clock);
+  rig::Publisher publisher(
+      {.rig = rig.names().id, .epoch = 1, .auxiliary_values = rig.loop().auxiliary_values()}, spool,
+      needed(bus->create_writer(topics::kRigSamples.spec)),
+      needed(bus->create_writer(topics::kRigAuxiliary.spec)), clock);
   auto latch = needed(rig::HoldLatch::open(folder / "hold"));
   rig::Lease lease(rig.names().id, 1);
   rig::StopRequests stops;

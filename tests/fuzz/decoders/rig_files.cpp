@@ -67,7 +67,7 @@ void read_spool(std::span<const std::byte> input) {
     require_message(spool->read(range.epoch, range.first_sequence, range.last_sequence, [](auto) {}));
   }
   static_cast<void>(spool->received(7, 0, spool->last_sequence(7, 0)));
-  require_message(spool->append(9, 0, 1, input.first(std::min<std::size_t>(input.size(), 64))));
+  require_message(spool->append(9, 0, 1, {input.first(std::min<std::size_t>(input.size(), 64)), {}}));
   require_message(spool->sync());
 }
 
@@ -80,7 +80,7 @@ std::vector<Bytes> spool_seeds() {
     require(spool.has_value(), "a spool can be made");
     const Bytes payload = bytes_of("a block of samples");
     for (std::uint64_t first = 0; first < 300; first += 100)
-      static_cast<void>(spool->append(7, first, 100, payload));
+      static_cast<void>(spool->append(7, first, 100, {payload, payload}));
   }
   const fs::path file = fs::directory_iterator(folder)->path();
   return {raw_of(file), records_of(file)};

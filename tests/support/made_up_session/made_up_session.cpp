@@ -69,6 +69,7 @@ class Writer {
   void put_samples(const MeasuredTrial& trial) {
     const auto& plan = trial.report.plan;
     for (std::size_t first = 0; first < trial.rows.size(); first += kRowsABlock) {
+      put_auxiliary(auxiliary_block(trial, first));
       v1::SampleBlock wire;
       wire.rig_id(plan.rig);
       wire.session_id(plan.session);
@@ -91,9 +92,45 @@ class Writer {
       block.received_ns = recipe_.received_ns;
       block.payload = std::make_shared<const bus::Payload>(payload);
       block.checksum = crc32c(payload);
-      coverage_[block.stream].add(block.range());
+      streams_[block.stream].coverage.add(block.range());
       batch_.blocks.push_back(std::move(block));
     }
+  }
+
+  /// What the channels gave during a block of a trial's rows.
+  v1::AuxiliaryBlock auxiliary_block(const MeasuredTrial& trial, std::size_t first) const {
+    const auto& plan = trial.report.plan;
+    const std::size_t end = std::min(first + kRowsABlock, trial.rows.size());
+    v1::AuxiliaryBlock wire;
+    wire.rig_id(plan.rig);
+    wire.session_id(plan.session);
+    wire.trial_id(plan.trial);
+    wire.epoch(trial.report.epoch);
+    wire.first_sequence(trial.report.range.first + first);
+    wire.sample_count(static_cast<std::uint32_t>(end - first));
+    for (std::size_t row = first; row < end; ++row) {
+      for (std::size_t channel = 0; channel < recipe_.auxiliary.size(); ++channel) {
+        const auto count = values_per_sample(recipe_.auxiliary[channel], trial.report.sample_rate);
+        for (std::size_t i = 0; i < count; ++i)
+          wire.values().push_back(auxiliary_value(channel, trial.report.range.first + row, i));
+      }
+    }
+    return wire;
+  }
+
+  void put_auxiliary(const v1::AuxiliaryBlock& wire) {
+    if (wire.values().empty()) return;
+    if (recipe_.are_values_lost && recipe_.are_values_lost(wire.first_sequence())) return;
+    const auto payload = *bus::encode(wire);
+    const auto header = *store::read_auxiliary_header(payload);
+    store::Block block = header.block;
+    block.received_ns = recipe_.received_ns;
+    block.payload = std::make_shared<const bus::Payload>(payload);
+    block.checksum = crc32c(payload);
+    store::StreamRecord& stream = streams_[block.stream];
+    stream.auxiliary_values = header.values_per_sample;
+    stream.auxiliary_coverage.add(block.range());
+    batch_.blocks.push_back(std::move(block));
   }
 
   void put_outcome(const v1::TrialOutcome& outcome) {
@@ -101,7 +138,7 @@ class Writer {
     auto record = *store::to_record(outcome);
     auto& counts = record.certificate;
     counts.expected = record.range().count();
-    counts.received = coverage_[record.stream].count_in(record.range());
+    counts.received = streams_[record.stream].whole().count_in(record.range());
     counts.missing = counts.expected - counts.received;
     record.is_certified = counts.missing == 0;
     record.certified_ns = record.is_certified ? recipe_.received_ns : 0;
@@ -134,7 +171,8 @@ class Writer {
     identification::IdentificationCore core{identification::CoreSettings{}};
     core.set_session(identification::testing::made_up_session());
     const auto description = made_up_description();
-    core.set_rig(description.rig_id(), *contract::geometry_of(description), description.sample_rate_Hz());
+    core.set_rig(description.rig_id(), *contract::geometry_of(description), description.sample_rate_Hz(),
+                 false, recipe_.auxiliary);
     Clock::TimePoint now{};
     std::map<Id, v1::Estimate> estimates;
     const auto take = [&](const identification::IdentificationCore::Output& output) {
@@ -150,6 +188,10 @@ class Writer {
     };
     for (const auto& trial : recipe_.trials) {
       for (const auto& block : identification::testing::blocks_of(trial, 37)) core.add(block);
+      for (std::size_t first = 0; first < trial.rows.size(); first += kRowsABlock) {
+        const auto values = auxiliary_block(trial, first);
+        core.add(identification::from_wire(values));
+      }
       const bool is_broken_off = trial.report.plan.attempt == recipe_.rejected_attempt;
       core.add(identification::from_wire(outcome_of(trial, is_broken_off)), now);
       for (int step = 0; step < 3; ++step) take(core.advance(now += std::chrono::seconds(1), true));
@@ -169,8 +211,11 @@ class Writer {
 
   void finish(const store::SessionRecord& record) {
     batch_.sessions = {record};
-    for (const auto& [key, coverage] : coverage_)
-      batch_.streams.push_back({key, coverage.ranges().front().first, coverage, 0, 0});
+    for (auto& [key, stream] : streams_) {
+      stream.key = key;
+      stream.origin = stream.coverage.ranges().front().first;
+      batch_.streams.push_back(stream);
+    }
     if (recipe_.spoil_batch) recipe_.spoil_batch(batch_);
     const auto committed = store_.commit(batch_);
     ASSERT_TRUE(committed) << committed.error().message;
@@ -180,7 +225,7 @@ class Writer {
   store::Store& store_;
   const SessionRecipe& recipe_;
   store::Batch batch_;
-  std::map<store::StreamKey, store::Coverage> coverage_;
+  std::map<store::StreamKey, store::StreamRecord> streams_;
 };
 
 }  // namespace
@@ -225,7 +270,8 @@ SessionRecipe unloaded_session() {
 
 store::SessionRecord put_session(store::Store& store, SessionRecipe recipe) {
   Writer writer(store, recipe);
-  const auto description = made_up_description();
+  auto description = made_up_description();
+  contract::put_auxiliary_channels(recipe.auxiliary, description);
   const Id session = identification::testing::made_up_session();
   v1::SessionPlan plan;
   plan.session_id(session);

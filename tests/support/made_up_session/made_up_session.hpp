@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "analysis_service/identification/measured_trial.hpp"
+#include "services/mechanics/auxiliary_channel.hpp"
 #include "services/store/store.hpp"
 
 #include <idl/estimate.h>
@@ -18,17 +19,25 @@ namespace tonus::made_up {
 /// The rig that the made-up trials are measured with.
 [[nodiscard]] v1::RigDescription made_up_description();
 
+/// Value `index` of those that a channel (0, 1, ...) gives with a sample. A float holds it exactly.
+[[nodiscard]] constexpr float auxiliary_value(std::size_t channel, std::uint64_t sample, std::size_t index) {
+  return 16384.0F * static_cast<float>(channel) + static_cast<float>(sample) +
+         0.125F * static_cast<float>(index);
+}
+
 struct SessionRecipe {
   std::vector<identification::MeasuredTrial> trials;
   bool is_over = true;
   std::uint32_t rejected_attempt = 0;  ///< This one was broken off by the rig; 0: none.
   std::uint32_t reviewed_attempt = 0;  ///< An operator rejected this one by hand, after the last; 0: none.
   std::vector<v1::SessionNote> notes;  ///< Of the session; ids and session are filled in.
-  std::function<void(v1::SessionPlan&)> set_plan;          ///< Before it is archived.
-  std::function<void(v1::Estimate&)> spoil_estimate;       ///< Before it is archived.
-  std::function<void(v1::TrialVerdict&)> spoil_verdict;    ///< Likewise.
-  std::function<bool(std::uint64_t first)> is_block_lost;  ///< By its first sample.
-  std::function<void(store::Batch&)> spoil_batch;          ///< All, before it is archived.
+  std::vector<AuxiliaryChannel> auxiliary;               ///< Of the rig; their values are auxiliary_value().
+  std::function<void(v1::SessionPlan&)> set_plan;        ///< Before it is archived.
+  std::function<void(v1::Estimate&)> spoil_estimate;     ///< Before it is archived.
+  std::function<void(v1::TrialVerdict&)> spoil_verdict;  ///< Likewise.
+  std::function<bool(std::uint64_t first)> is_block_lost;    ///< By its first sample.
+  std::function<bool(std::uint64_t first)> are_values_lost;  ///< Likewise, of the auxiliary channels.
+  std::function<void(store::Batch&)> spoil_batch;            ///< All, before it is archived.
   std::uint64_t received_ns = 1'700'000'000'000'000'000;
 };
 

@@ -1,7 +1,9 @@
 #include "analysis_service/identification/identification_core.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <gmock/gmock.h>
+#include <random>
 
 #include "tests/support/made_up_trial/made_up_trial.hpp"
 
@@ -14,6 +16,7 @@ using ::testing::ElementsAre;
 using ::testing::IsEmpty;
 using testing::made_up_condition;
 using testing::made_up_trial;
+using ::testing::Not;
 using ::testing::SizeIs;
 
 Clock::TimePoint at(int ms) { return Clock::TimePoint(milliseconds(ms)); }
@@ -300,6 +303,91 @@ TEST_F(IdentificationCoreTest, GivesAnUnloadedSetItsOwnEstimateInALoadedSession)
   std::vector<std::int32_t> sets;
   for (const auto& estimate : advance(core_, at(0)).estimates) sets.push_back(estimate.condition.set);
   EXPECT_THAT(sets, ::testing::UnorderedElementsAre(0, 1, 2, 3));
+}
+
+/// Noise on one EMG channel at 2 kHz, its deviation before the onset as given; the rest of the trial is
+/// quiet.
+std::vector<float> emg_of(const MeasuredTrial& trial, double before_onset) {
+  std::vector<float> values;
+  std::mt19937 generator(trial.report.plan.attempt);
+  std::normal_distribution<double> noise;
+  for (std::uint64_t number = trial.report.range.first; number < trial.report.range.end; ++number) {
+    const double deviation = number < trial.report.onset ? before_onset : 0.01;
+    for (int i = 0; i < 10; ++i) values.push_back(static_cast<float>(deviation * noise(generator)));
+  }
+  return values;
+}
+
+class MusclesInTheCore : public IdentificationCoreTest {
+ protected:
+  void SetUp() override {
+    const std::vector<AuxiliaryChannel> channels{{"biceps", "EMG", "V", 1.0, 10.0 * testing::kRate}};
+    core_.set_rig(testing::made_up_rig_id(), testing::made_up_rig(), testing::kRate, false, channels);
+    core_.set_session(testing::made_up_session(), {0.1, {}});
+    trials_[0].report.plan.kind = TrialKind::kContraction;
+  }
+  void add_emg(const MeasuredTrial& trial, double before_onset) {
+    const auto values = emg_of(trial, before_onset);
+    const auto rows = static_cast<std::uint32_t>(trial.report.range.count());
+    core_.add(AuxiliaryRows{trial.report.plan.rig, trial.report.plan.trial, trial.report.epoch,
+                            trial.report.range.first, rows, values});
+  }
+  Verdict judge(const MeasuredTrial& trial, double before_onset) {
+    add_emg(trial, before_onset);
+    add(core_, trial);
+    core_.add(trial.report, at(now_));
+    auto output = core_.advance(at(now_), true);
+    EXPECT_THAT(output.verdicts, SizeIs(1));
+    return output.verdicts.empty() ? Verdict() : output.verdicts[0].verdict;
+  }
+
+  int now_ = 0;
+};
+
+TEST_F(MusclesInTheCore, ASubjectWhoIsNotRelaxedIsRejectedInExactlyThoseTrials) {
+  EXPECT_TRUE(judge(trials_[0], 1.0).is_valid) << "the reference contraction";
+  for (std::size_t i = 1; i < trials_.size(); ++i) {
+    const bool is_tense = i == 3 || i == 8;
+    const Verdict verdict = judge(trials_[i], is_tense ? 0.3 : 0.04);
+    EXPECT_EQ(verdict.is_valid, !is_tense) << "trial " << i << ": " << verdict.detail;
+    if (is_tense) {
+      EXPECT_THAT(verdict.defects, ElementsAre(Defect::kMusclesActive));
+    }
+    ASSERT_THAT(verdict.activity.muscles, SizeIs(1));
+    EXPECT_TRUE(verdict.activity.muscles[0].is_normalised);
+    EXPECT_NEAR(verdict.activity.muscles[0].before_onset, is_tense ? 0.3 : 0.04, is_tense ? 0.05 : 0.01);
+  }
+}
+
+TEST_F(MusclesInTheCore, AContractionEntersNoEstimate) {
+  judge(trials_[0], 1.0);
+  EXPECT_THAT(advance(core_, at(0)).estimates, IsEmpty());
+  judge(trials_[1], 0.01);
+  const auto estimates = advance(core_, at(0)).estimates;
+  ASSERT_THAT(estimates, Not(IsEmpty()));
+  for (const auto& estimate : estimates) EXPECT_THAT(estimate.estimate.trials_used, SizeIs(::testing::Le(1)));
+}
+
+TEST_F(MusclesInTheCore, AVerdictWaitsForTheValuesAndAsksForThem) {
+  add(core_, trials_[1]);
+  core_.add(trials_[1].report, at(0));
+  EXPECT_THAT(core_.advance(at(0), true).verdicts, IsEmpty());
+  const auto asking = core_.advance(at(300), true);
+  EXPECT_THAT(asking.verdicts, IsEmpty());
+  ASSERT_THAT(asking.requests, SizeIs(1));
+  EXPECT_EQ(asking.requests[0].range, trials_[1].report.range);
+  add_emg(trials_[1], 0.01);
+  EXPECT_THAT(core_.advance(at(310), true).verdicts, SizeIs(1));
+}
+
+TEST_F(MusclesInTheCore, AVerdictIsGivenWithoutValuesThatNeverCome) {
+  add(core_, trials_[1]);
+  core_.add(trials_[1].report, at(0));
+  EXPECT_THAT(core_.advance(at(0), true).verdicts, IsEmpty());
+  const auto late = core_.advance(at(4000), true);
+  ASSERT_THAT(late.verdicts, SizeIs(1));
+  EXPECT_TRUE(late.verdicts[0].verdict.is_valid);
+  EXPECT_TRUE(std::isnan(late.verdicts[0].verdict.activity.muscles.at(0).before_onset));
 }
 
 }  // namespace

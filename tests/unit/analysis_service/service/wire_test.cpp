@@ -93,10 +93,10 @@ TEST(Wire, TellsEveryPhaseApartAndTakesAnUnknownOneForNone) {
 
 TEST(Wire, TellsEveryDefectApart) {
   std::set<std::uint32_t> reasons;
-  for (int defect = 0; defect <= static_cast<int>(Defect::kLetGo); ++defect) {
+  for (int defect = 0; defect <= static_cast<int>(Defect::kMusclesActive); ++defect) {
     reasons.insert(to_wire(static_cast<Defect>(defect)));
   }
-  EXPECT_THAT(reasons, SizeIs(static_cast<std::size_t>(Defect::kLetGo) + 1));
+  EXPECT_THAT(reasons, SizeIs(static_cast<std::size_t>(Defect::kMusclesActive) + 1));
 }
 
 TEST(Wire, TellsEveryEndOfATrialApart) {

@@ -39,14 +39,16 @@ class AgentTest : public ::testing::Test {
     RigOptions rig_options;
     rig_options.speed = is_paced ? "real" : "max";
     rig_options.seed = 1;
+    rig_options.profile = profile_;
     auto rig = Rig::create(rig_options, "rig");
     ASSERT_TRUE(rig) << rig.error().message;
     rig_.emplace(std::move(*rig));
     spool_.emplace(*Spool::open({.folder = folder_ / "spool", .max_bytes = spool_bytes_}));
     log_.emplace(*TrialLog::open(folder_ / "trials.log"));
-    Publisher::Options publishing{.rig = rig_->names().id, .epoch = epoch};
+    Publisher::Options publishing{
+        .rig = rig_->names().id, .epoch = epoch, .auxiliary_values = rig_->loop().auxiliary_values()};
     publisher_.emplace(publishing, *spool_, std::move(*bus_->create_writer(topics::kRigSamples.spec)),
-                       clock_);
+                       std::move(*bus_->create_writer(topics::kRigAuxiliary.spec)), clock_);
     latch_.emplace(*HoldLatch::open(folder_ / "hold"));
     lease_.emplace(rig_->names().id, epoch);
     AgentOptions options{.names = rig_->names(), .epoch = epoch, .is_paced = is_paced};
@@ -151,6 +153,7 @@ class AgentTest : public ::testing::Test {
   }
 
   testing::TemporaryFolder folder_;
+  std::string profile_;  // of the next agent; empty: the built-in one
   std::uint64_t spool_bytes_ = 4ULL << 30;
   SystemClock clock_;
   std::unique_ptr<bus::Bus> bus_;

@@ -15,10 +15,14 @@ std::span<const std::byte> bytes(const std::string& text) {
   return std::as_bytes(std::span(text.data(), text.size()));
 }
 
+std::string text(std::span<const std::byte> payload) {
+  return {reinterpret_cast<const char*>(payload.data()), payload.size()};
+}
+
 /// Blocks of ten samples; a block's payload is its number.
 Result<void> append_blocks(Spool& spool, std::uint64_t epoch, std::uint64_t from, std::uint64_t count) {
   for (std::uint64_t i = from; i < from + count; ++i) {
-    if (auto kept = spool.append(epoch, 10 * i, 10, bytes(std::to_string(i))); !kept) return kept;
+    if (auto kept = spool.append(epoch, 10 * i, 10, {bytes(std::to_string(i)), {}}); !kept) return kept;
   }
   return {};
 }
@@ -26,8 +30,8 @@ Result<void> append_blocks(Spool& spool, std::uint64_t epoch, std::uint64_t from
 std::vector<std::string> read(const Spool& spool, std::uint64_t epoch, std::uint64_t first,
                               std::uint64_t last) {
   std::vector<std::string> payloads;
-  EXPECT_TRUE(spool.read(epoch, first, last, [&](std::span<const std::byte> payload) {
-    payloads.emplace_back(reinterpret_cast<const char*>(payload.data()), payload.size());
+  EXPECT_TRUE(spool.read(epoch, first, last, [&](const Spool::Messages& messages) {
+    payloads.push_back(text(messages.samples));
   }));
   return payloads;
 }
@@ -114,7 +118,7 @@ TEST_F(SpoolTest, FreesReceivedSamplesHoweverSmallItIs) {
     auto spool = Spool::open({.folder = folder.path(), .max_bytes = most});
     std::uint64_t blocks = 0;
     const std::string payload(400, 'x');
-    for (; !spool->is_full(); ++blocks) ASSERT_TRUE(spool->append(1, 10 * blocks, 10, bytes(payload)));
+    for (; !spool->is_full(); ++blocks) ASSERT_TRUE(spool->append(1, 10 * blocks, 10, {bytes(payload), {}}));
     EXPECT_TRUE(spool->received(1, 0, 10 * blocks));
     EXPECT_FALSE(spool->is_full()) << most;
     EXPECT_LE(spool->bytes(), most / 2 + 500) << most;
@@ -145,9 +149,9 @@ TEST_F(SpoolTest, LeavesOutRecordsThatCanBeNoBlockOfSamples) {
     auto spool = Spool::open({.folder = folder_.path()});
     ASSERT_TRUE(spool && append_blocks(*spool, 7, 3, 2));
     // Good records all of them: no samples, samples that are there already, numbers beyond all.
-    ASSERT_TRUE(spool->append(7, 50, 0, bytes("none")));
-    ASSERT_TRUE(spool->append(7, 20, 10, bytes("before")));
-    ASSERT_TRUE(spool->append(7, std::numeric_limits<std::uint64_t>::max() - 3, 10, bytes("beyond")));
+    ASSERT_TRUE(spool->append(7, 50, 0, {bytes("none"), {}}));
+    ASSERT_TRUE(spool->append(7, 20, 10, {bytes("before"), {}}));
+    ASSERT_TRUE(spool->append(7, std::numeric_limits<std::uint64_t>::max() - 3, 10, {bytes("beyond"), {}}));
     ASSERT_TRUE(append_blocks(*spool, 7, 5, 1));
   }
   const auto again = Spool::open({.folder = folder_.path()});
@@ -173,6 +177,55 @@ TEST_F(SpoolTest, TellsWhatEarlierRunsLeftWithoutAReceipt) {
   EXPECT_EQ(left[0].epoch, 2U);
   EXPECT_EQ(left[0].first_sequence, 0U);
   EXPECT_EQ(left[0].last_sequence, 49U);
+}
+
+TEST_F(SpoolTest, KeepsTheAuxiliaryValuesOfABlockWithItsSamplesAndLosesThemTogether) {
+  {
+    auto spool = Spool::open(options());
+    ASSERT_TRUE(spool);
+    for (std::uint64_t i = 0; i < 3; ++i) {
+      const std::string samples = "samples " + std::to_string(i);
+      const std::string values = "values " + std::to_string(i);
+      ASSERT_TRUE(spool->append(7, 10 * i, 10, {bytes(samples), bytes(values)}));
+    }
+  }
+  const auto file = std::filesystem::directory_iterator(folder_.path())->path();
+  {
+    std::fstream damaged(file, std::ios::in | std::ios::out | std::ios::binary);
+    std::string content((std::istreambuf_iterator<char>(damaged)), {});
+    damaged.clear();
+    damaged.seekp(static_cast<std::streamoff>(content.find("values 1")));
+    damaged << "V";
+  }
+  auto again = Spool::open(options());
+  ASSERT_TRUE(again);
+  std::vector<std::string> left;
+  ASSERT_TRUE(again->read(7, 0, 29, [&](const Spool::Messages& messages) {
+    left.push_back(text(messages.samples) + ", " + text(messages.auxiliary));
+  }));
+  EXPECT_EQ(left, (std::vector<std::string>{"samples 0, values 0", "samples 2, values 2"}));
+}
+
+TEST_F(SpoolTest, ReadsARecordOfAVersionThatKnewNoAuxiliaryValues) {
+  // first sequence, number of samples (8 bytes each), and the samples' message behind them
+  const std::string payload = "samples";
+  std::string content(16, '\0');
+  content[0] = 20;
+  content[8] = 10;
+  content += payload;
+  {
+    auto file = RecordFile::open(folder_ / "00000000000000000007-00000000000000000020.spool", {});
+    ASSERT_TRUE(file);
+    ASSERT_TRUE(file->append(bytes(content)));
+  }
+  auto spool = Spool::open(options());
+  ASSERT_TRUE(spool);
+  bool has_auxiliary = true;
+  ASSERT_TRUE(spool->read(7, 20, 29, [&](const Spool::Messages& messages) {
+    EXPECT_EQ(text(messages.samples), payload);
+    has_auxiliary = !messages.auxiliary.empty();
+  }));
+  EXPECT_FALSE(has_auxiliary);
 }
 
 }  // namespace

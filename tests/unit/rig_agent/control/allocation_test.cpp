@@ -1,3 +1,4 @@
+#include <array>
 #include <gtest/gtest.h>
 
 #include "tests/support/allocations.hpp"
@@ -15,6 +16,8 @@ simulation::Profile profile_with_every_effect() {
   profile.subject.reaction.is_on = true;
   profile.subject.fatigue.is_on = true;
   profile.subject.recentring.is_on = true;
+  for (const char* muscle : simulation::kMuscleNames)
+    profile.auxiliary.push_back({muscle, "EMG", "mV", 1.0, 2000.0});
   return profile;
 }
 
@@ -35,10 +38,12 @@ TEST(RigLoop, AllocatesNothingInTrialsFaultsAndTheirClearing) {
   TrialResult result;
   SampleRecord sample;
   int cycles = 0;
+  std::array<float, 60> values{};
   for (; cycles < 30'000 && !loop.next_result(result); ++cycles) {
     loop.keep_alive();
     loop.step(now += 1'000'000);
-    while (loop.next_sample(sample)) has_perturbed = has_perturbed || sample.phase == Phase::kPerturbing;
+    while (loop.next_sample(sample, values))
+      has_perturbed = has_perturbed || sample.phase == Phase::kPerturbing;
   }
   loop.emergency_stop();
   for (int i = 0; i < 3000; ++i) loop.step(now += 1'000'000);

@@ -1,6 +1,9 @@
 #include "tests/unit/rig_agent/drivers/driver_contract.hpp"
 
+#include <cmath>
 #include <limits>
+
+#include "rig_agent/control/auxiliary_collector.hpp"
 
 namespace tonus::drivers {
 
@@ -91,6 +94,61 @@ TEST_P(DriverContract, IgnoresATrialWhileInactive) {
   driver_->begin_trial({});
   Reading reading;
   EXPECT_EQ(driver_->read(reading), DriverStatus::kFailed);
+}
+
+namespace {
+
+/// Cycles to a sample of the highest sample rate that all channels' rates are whole multiples of; 0: none up
+/// to 1000.
+unsigned divider_for(std::span<const AuxiliaryChannel> channels, double loop_rate) {
+  for (unsigned divider = 1; divider <= 1000; ++divider) {
+    if (validate(channels, loop_rate / divider)) return divider;
+  }
+  return 0;
+}
+
+}  // namespace
+
+TEST_P(DriverContract, GivesEveryAuxiliaryChannelAsItDeclaresIt) {
+  activate();
+  const auto channels = driver_->auxiliary_channels();
+  if (channels.empty()) return;
+  const unsigned divider = divider_for(channels, 1.0 / kPeriod);
+  ASSERT_NE(divider, 0U) << "no sample rate suits these channels: "
+                         << validate(channels, 1.0 / kPeriod).error().message;
+  control::AuxiliaryCollector collector(channels, 1.0 / kPeriod / divider, divider);
+  constexpr std::uint64_t kSamples = 20;
+  std::vector<std::size_t> measured(channels.size());
+  for (std::uint64_t cycle = 0; cycle <= kSamples * divider && cycle < 150; ++cycle) {
+    Reading reading;
+    ASSERT_EQ(driver_->read(reading), DriverStatus::kOk);
+    ASSERT_EQ(driver_->write({0.0, 0.0}), DriverStatus::kOk);
+    collector.collect(*driver_, cycle, true);
+    if (cycle % divider != 0) continue;
+    std::size_t place = 0;
+    for (std::size_t i = 0; i < channels.size(); ++i) {
+      const auto count = values_per_sample(channels[i], 1.0 / kPeriod / divider);
+      for (std::uint32_t k = 0; k < count; ++k)
+        measured[i] += std::isfinite(collector.row()[place++]) ? 1 : 0;
+    }
+    collector.begin_sample();
+  }
+  for (std::size_t i = 0; i < channels.size(); ++i)
+    EXPECT_GT(measured[i], 0U) << channels[i].name << " is declared and never measured";
+}
+
+TEST_P(DriverContract, GivesNoAuxiliaryValuesUntilItIsActive) {
+  ASSERT_TRUE(driver_->configure(kPeriod));
+  const std::vector<std::uint32_t> counts(driver_->auxiliary_channels().size(), 1);
+  std::vector<float> values(counts.size(), std::numeric_limits<float>::quiet_NaN());
+  if (!counts.empty()) driver_->read_auxiliary(counts, values);
+  for (const float value : values) EXPECT_TRUE(std::isnan(value));
+}
+
+TEST_P(DriverContract, MarksTheOnsetIfItSaysThatItDoes) {
+  activate();
+  EXPECT_EQ(driver_->set_onset(true), driver_->capabilities().marks_onset);
+  EXPECT_EQ(driver_->set_onset(false), driver_->capabilities().marks_onset);
 }
 
 }  // namespace tonus::drivers

@@ -19,16 +19,24 @@ Recording two_axis_recording() {
     recording.rows.push_back(row);
   }
   recording.segments = {{0, 50, 199}, {200, 250, 399}};
+  recording.auxiliary_channels = {{"Biceps", "EMG", "mV", 1.0, 2000.0}};
+  for (int i = 0; i < 800; ++i) recording.auxiliary.push_back(0.5F * static_cast<float>(i));
   return recording;
 }
 
+simulation::Profile with_muscles() {
+  simulation::Profile profile;
+  profile.auxiliary = {{"TwoJointFlexor", "EMG", "mV", 1.0, 2000.0}, {"Onset", "TRIG", "n/a", 1.0, 200.0}};
+  return profile;
+}
+
 std::unique_ptr<Driver> calibrated() {
-  return std::make_unique<Calibrated>(std::make_unique<Simulated>(simulation::Profile{}),
+  return std::make_unique<Calibrated>(std::make_unique<Simulated>(with_muscles()),
                                       [](const RigGeometry& geometry) { return geometry; });
 }
 
-std::unique_ptr<Driver> library() {
-  auto loaded = Library::load(TONUS_SPRING_RIG, "");
+std::unique_ptr<Driver> library(const std::string& file, const std::string& options) {
+  auto loaded = Library::load(file, options);
   EXPECT_TRUE(loaded) << (loaded ? "" : loaded.error().message);
   return loaded ? std::move(*loaded) : nullptr;
 }
@@ -38,7 +46,14 @@ INSTANTIATE_TEST_SUITE_P(
     ::testing::Values(
         DriverCandidate{"Simulated", [] { return std::make_unique<Simulated>(simulation::Profile{}); }},
         DriverCandidate{"Replay", [] { return std::make_unique<Replay>(two_axis_recording()); }},
-        DriverCandidate{"Calibrated", calibrated}, DriverCandidate{"Library", library}),
+        DriverCandidate{"Calibrated", calibrated},
+        DriverCandidate{"SimulatedWithMuscles", [] { return std::make_unique<Simulated>(with_muscles()); }},
+        DriverCandidate{"Library", [] { return library(TONUS_SPRING_RIG, ""); }},
+        DriverCandidate{"LibraryWithAuxiliaryChannels",
+                        [] { return library(TONUS_SPRING_RIG, "auxiliary=on"); }},
+        DriverCandidate{"LibraryOfVersion1", [] { return library(TONUS_FIRST_DRIVER, "auxiliary=on"); }},
+        DriverCandidate{"FirstLibraryOfVersion2",
+                        [] { return library(TONUS_SECOND_DRIVER, "auxiliary=on"); }}),
     [](const auto& candidate) { return candidate.param.name; });
 
 }  // namespace

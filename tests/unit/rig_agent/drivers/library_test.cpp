@@ -81,5 +81,43 @@ TEST(Library, RunsATrialAndShowsTheHandsStiffnessInIt) {
   EXPECT_NEAR((end.f_S - rest.f_S).x(), 400.0 * moved.x(), 400.0 * 0.0006);
 }
 
+TEST(Library, HasTheAuxiliaryChannelsThatItDescribesAsTheRigsFileStatesThem) {
+  auto driver = Library::load(TONUS_SPRING_RIG, "auxiliary=on");
+  ASSERT_TRUE(driver) << driver.error().message;
+  (*driver)->state_auxiliary({{"Speed", "MISC", "m/s", 0.001, 2000.0}});
+  ASSERT_TRUE((*driver)->configure(0.001));
+  const auto channels = (*driver)->auxiliary_channels();
+  ASSERT_EQ(channels.size(), 3U);
+  EXPECT_EQ(channels[0], (AuxiliaryChannel{"Stretch", "MISC", "mm", 1.0, 1000.0}));
+  EXPECT_EQ(channels[1], (AuxiliaryChannel{"Speed", "MISC", "m/s", 0.001, 2000.0}));
+  EXPECT_EQ(channels[2].type, "TRIG");
+  EXPECT_TRUE((*driver)->capabilities().marks_onset);
+}
+
+TEST(Library, RefusesAStatementOfAChannelThatItDoesNotHaveOrOfAnotherRate) {
+  const auto refusal_of = [](const AuxiliaryChannel& stated) {
+    auto driver = Library::load(TONUS_SPRING_RIG, "auxiliary=on");
+    EXPECT_TRUE(driver);
+    (*driver)->state_auxiliary({stated});
+    const auto configured = (*driver)->configure(0.001);
+    return configured ? "accepted" : configured.error().message;
+  };
+  EXPECT_EQ(refusal_of({"Biceps", "EMG", "mV", 1.0, 2000.0}),
+            "driver " TONUS_SPRING_RIG
+            ": auxiliary channel Biceps is not allowed; expected one that the library has");
+  EXPECT_EQ(refusal_of({"Speed", "MISC", "mm/s", 1.0, 1000.0}),
+            "driver " TONUS_SPRING_RIG
+            ": auxiliary channel Speed: rate_Hz: 1000 is not allowed; expected 2000, the library's");
+}
+
+TEST(Library, OfAnEarlierVersionHasNoAuxiliaryChannels) {
+  for (const char* file : {TONUS_FIRST_DRIVER, TONUS_SECOND_DRIVER}) {
+    auto driver = Library::load(file, "auxiliary=on");
+    ASSERT_TRUE(driver) << driver.error().message;
+    ASSERT_TRUE((*driver)->configure(0.001));
+    EXPECT_TRUE((*driver)->auxiliary_channels().empty()) << file;
+  }
+}
+
 }  // namespace
 }  // namespace tonus::drivers

@@ -19,6 +19,7 @@ class SessionClientTest : public ::testing::Test {
     bus_ = *bus::create_bus(options);
     client_.emplace(*SessionClient::create(*bus_, clock_, std::make_shared<bus::Notifier>()));
     states_.emplace(*bus::TypedWriter<v1::SessionState>::create(*bus_, topics::kSessionState));
+    outcomes_.emplace(*bus::TypedWriter<v1::TrialOutcome>::create(*bus_, topics::kTrialOutcome));
     reviews_.emplace(*bus::TypedWriter<v1::TrialReview>::create(*bus_, topics::kTrialReview));
     verdicts_.emplace(*bus::TypedWriter<v1::TrialVerdict>::create(*bus_, topics::kTrialVerdict));
     estimates_.emplace(*bus::TypedWriter<v1::Estimate>::create(*bus_, topics::kEstimateCondition));
@@ -30,6 +31,15 @@ class SessionClientTest : public ::testing::Test {
     state.phase(v1::SESSION_COMPLETED);
     state.counted(counted);
     ASSERT_TRUE(states_->write(state));
+  }
+
+  void contract(std::uint32_t attempt) {
+    v1::TrialOutcome outcome;
+    outcome.trial_id(trial_id(kSession, attempt));
+    outcome.program().session_id(kSession);
+    outcome.program().attempt(attempt);
+    outcome.program().kind(v1::TRIAL_CONTRACTION);
+    ASSERT_TRUE(outcomes_->write(outcome));
   }
 
   void judge(std::uint32_t attempt, bool is_valid) {
@@ -73,6 +83,7 @@ class SessionClientTest : public ::testing::Test {
   std::unique_ptr<bus::Bus> bus_;
   std::optional<SessionClient> client_;
   std::optional<bus::TypedWriter<v1::SessionState>> states_;
+  std::optional<bus::TypedWriter<v1::TrialOutcome>> outcomes_;
   std::optional<bus::TypedWriter<v1::TrialVerdict>> verdicts_;
   std::optional<bus::TypedWriter<v1::TrialReview>> reviews_;
   std::optional<bus::TypedWriter<v1::Estimate>> estimates_;
@@ -104,6 +115,16 @@ TEST_F(SessionClientTest, WaitsForTheEstimateWithoutATrialThatWasRejectedByHand)
   ASSERT_EQ(rejections.size(), 1U);
   EXPECT_EQ(rejections[0].attempt(), 2U);
   EXPECT_EQ(rejections[0].detail(), "rejected by hand by Ada: coughed");
+}
+
+TEST_F(SessionClientTest, WaitsForNoEstimateWithAReferenceContraction) {
+  contract(1);
+  judge(1, true);
+  judge(2, true);
+  complete(2);
+  EXPECT_FALSE(has_everything());
+  estimate({2});
+  EXPECT_TRUE(has_everything());
 }
 
 TEST_F(SessionClientTest, WaitsForAVerdictThatIsBehindTheEndOfTheSession) {

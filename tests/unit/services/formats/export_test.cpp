@@ -1,3 +1,4 @@
+#include <cmath>
 #include <csignal>
 #include <cstdlib>
 #include <fstream>
@@ -173,6 +174,85 @@ TEST_F(Export, WritesHdf5WithAUnitAtEveryDataset) {
   EXPECT_EQ(values[600], samples->samples[300].encoder_count()[0]);
   EXPECT_EQ(values[601], samples->samples[300].encoder_count()[1]);
   H5Dclose(encoder);
+  H5Fclose(file);
+}
+
+/// An EMG channel with two values a sample, and a trigger.
+class ExportOfAuxiliaryChannels : public Export {
+ protected:
+  ExportOfAuxiliaryChannels() {
+    auto recipe = made_up::unloaded_session();
+    recipe.auxiliary = {{"ElbowFlexor", "EMG", "mV", 0.5, 400.0}, {"Onset", "TRIG", "n/a", 1.0, 200.0}};
+    recipe.are_values_lost = [](std::uint64_t first) { return first == 1050; };
+    const auto record = made_up::put_session(with_channels_, std::move(recipe));
+    session_ = *store::read_session(with_channels_, record.session);
+    const auto& outcome = session_.trials[0].outcome->value;
+    onset_ = static_cast<double>(outcome.onset_sequence() - outcome.first_sequence()) / 200.0;
+  }
+
+  store::MemoryStore with_channels_;
+  double onset_ = 0.0;  ///< s after the first sample of trial 1
+};
+
+TEST_F(ExportOfAuxiliaryChannels, WritesCsvOnEachChannelsOwnTimeAxisInItsUnit) {
+  ASSERT_TRUE(export_csv(with_channels_, session_, folder_ / "csv"));
+  const auto lines = lines_of(folder_ / "csv" / "auxiliary" / "trial-1.csv");
+  ASSERT_EQ(lines.size(), 1U + 3U * 650U);
+  EXPECT_EQ(lines[0], "channel,time_s,value,unit");
+  const auto first = cells_of(lines[1]);
+  EXPECT_EQ(first[0], "ElbowFlexor");
+  EXPECT_DOUBLE_EQ(std::stod(first[1]), -onset_ - 0.0025);  // half a sample before the first one
+  EXPECT_EQ(std::stod(first[2]), 0.5 * made_up::auxiliary_value(0, 1000, 0));
+  EXPECT_EQ(first[3], "mV");
+  EXPECT_EQ(std::stod(cells_of(lines[2])[2]), 0.5 * made_up::auxiliary_value(0, 1000, 1));
+  EXPECT_EQ(cells_of(lines[101])[2], "") << "what is missing is no number";
+  const auto last = cells_of(lines.back());
+  EXPECT_EQ(last[0], "Onset");
+  EXPECT_DOUBLE_EQ(std::stod(last[1]), 649.0 / 200.0 - onset_);
+  EXPECT_EQ(std::stod(last[2]), made_up::auxiliary_value(1, 1649, 0));
+}
+
+TEST_F(ExportOfAuxiliaryChannels, WritesARowForEachMuscleOfEachTrialAndDescribesItsColumns) {
+  ASSERT_TRUE(export_csv(with_channels_, session_, folder_ / "csv"));
+  const auto muscles = lines_of(folder_ / "csv" / "muscles.csv");
+  ASSERT_EQ(muscles.size(), 17U);
+  EXPECT_EQ(muscles[0], "attempt,channel,is_normalised,before_onset,short_latency,long_latency");
+  EXPECT_EQ(muscles[16].substr(0, 21), "16,ElbowFlexor,false,");
+  EXPECT_GT(std::stod(cells_of(muscles[16])[3]), 0.0);
+  std::set<std::string> described;
+  for (const auto& line : lines_of(folder_ / "csv" / "columns.csv"))
+    described.insert(cells_of(line)[0] + ":" + cells_of(line)[1]);
+  for (const auto& [file, name] :
+       {std::pair{"muscles.csv", "muscles.csv"}, {"auxiliary/trial-1.csv", "auxiliary/trial-N.csv"}}) {
+    for (const auto& column : cells_of(lines_of(folder_ / "csv" / file)[0]))
+      EXPECT_TRUE(described.contains(std::string(name) + ":" + column)) << file << " " << column;
+  }
+}
+
+TEST_F(ExportOfAuxiliaryChannels, WritesThemToHdf5WithRateUnitAndFirstTime) {
+  const auto path = folder_ / "session.h5";
+  const auto done = export_hdf5(with_channels_, session_, path);
+  ASSERT_TRUE(done) << done.error().message;
+  const hid_t file = H5Fopen(path.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  ASSERT_GE(file, 0);
+  const hid_t emg = H5Dopen2(file, "/trials/0001/auxiliary/ElbowFlexor", H5P_DEFAULT);
+  ASSERT_GE(emg, 0);
+  std::vector<double> values(1300);
+  ASSERT_GE(H5Dread(emg, H5T_NATIVE_DOUBLE, H5S_ALL, H5S_ALL, H5P_DEFAULT, values.data()), 0);
+  EXPECT_EQ(values[1299], 0.5 * made_up::auxiliary_value(0, 1649, 1));
+  EXPECT_TRUE(std::isnan(values[100]));
+  const auto number = [&](const char* name) {
+    double value = 0.0;
+    const hid_t attribute = H5Aopen(emg, name, H5P_DEFAULT);
+    EXPECT_GE(H5Aread(attribute, H5T_NATIVE_DOUBLE, &value), 0) << name;
+    H5Aclose(attribute);
+    return value;
+  };
+  EXPECT_EQ(number("rate_Hz"), 400.0);
+  EXPECT_DOUBLE_EQ(number("first_time_s"), -onset_ - 0.0025);
+  EXPECT_GT(H5Aexists(emg, "units"), 0);
+  H5Dclose(emg);
+  EXPECT_GT(H5Aexists_by_name(file, "/trials/0016/muscles/ElbowFlexor", "long_latency", H5P_DEFAULT), 0);
   H5Fclose(file);
 }
 

@@ -239,6 +239,36 @@ TEST_F(XdfExport, HasTheNumbersToTheLastBit) {
   }
 }
 
+TEST_F(XdfExport, HasAStreamForEachAuxiliaryChannelAtItsOwnRate) {
+  store::MemoryStore store;
+  auto recipe = made_up::unloaded_session();
+  recipe.auxiliary = {{"ElbowFlexor", "EMG", "mV", 0.5, 400.0}, {"Onset", "TRIG", "n/a", 1.0, 200.0}};
+  recipe.are_values_lost = [](std::uint64_t first) { return first == 1050; };
+  const auto record = made_up::put_session(store, std::move(recipe));
+  const auto session = *store::read_session(store, record.session);
+  const auto path = folder_ / "muscles.xdf";
+  ASSERT_TRUE(export_xdf(store, session, path));
+  Xdf file;
+  ASSERT_EQ(file.load_xdf(path.string()), 0);
+  ASSERT_THAT(file.streams, SizeIs(4));
+  std::map<std::string, const Xdf::Stream*> streams;
+  for (const auto& stream : file.streams) streams[stream.info.name] = &stream;
+  ASSERT_TRUE(streams.contains("tonus ElbowFlexor"));
+  const auto& emg = *streams["tonus ElbowFlexor"];
+  EXPECT_EQ(emg.info.type, "EMG");
+  EXPECT_EQ(emg.info.nominal_srate, 400.0);
+  EXPECT_EQ(emg.info.channels.at(0).at("unit"), "mV");
+  ASSERT_EQ(emg.time_stamps.size(), 2U * (16U * 650U - 50U));
+  const auto samples = store::read_trial_samples(store, session.trials[0]).value().samples;
+  const double instant = static_cast<double>(samples[0].acquisition_ns()) * 1e-9;
+  EXPECT_NEAR(emg.time_stamps[0], instant - 0.0025, 1e-9);
+  EXPECT_NEAR(emg.time_stamps[1], instant, 1e-9);
+  EXPECT_EQ(emg.time_series[0][1], 0.5F * made_up::auxiliary_value(0, 1000, 1));
+  EXPECT_EQ(emg.time_series[0][100], 0.5F * made_up::auxiliary_value(0, 1100, 0));
+  ASSERT_TRUE(streams.contains("tonus Onset"));
+  EXPECT_EQ(streams["tonus Onset"]->time_stamps.size(), 16U * 650U - 50U);
+}
+
 TEST_F(XdfExport, WithoutSamplesLeavesNothingAndSaysSo) {
   session_.trials.clear();
   const auto done = export_xdf(store_, session_, folder_ / "empty.xdf");

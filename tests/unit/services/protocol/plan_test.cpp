@@ -193,5 +193,40 @@ TEST(Plan, PlaysRecordingsInOrder) {
   EXPECT_EQ(plan.postures[1].trials(), 2u);
 }
 
+TEST(Plan, BeginsWithTheReferenceContractionsAndLeavesTheOtherTrialsAsTheyAre) {
+  const std::string text = scheduler::testing::small_protocol();
+  const Plan without = build_plan(protocol_of(text), 5);
+  const Plan with =
+      build_plan(protocol_of(text + "\n[reference_contraction]\ntrials = 3\nduration_s = 2.5\n"), 5);
+  ASSERT_EQ(with.trials.size(), without.trials.size() + 3);
+  for (std::size_t i = 0; i < 3; ++i) {
+    EXPECT_EQ(with.trials[i].program.kind(), v1::TRIAL_CONTRACTION);
+    EXPECT_EQ(with.trials[i].program.hold_s(), 2.5);
+    EXPECT_EQ(with.trials[i].program.amplitude_m(), 0.0);
+    EXPECT_EQ(with.trials[i].program.planned_index(), i);
+  }
+  for (std::size_t i = 0; i < without.trials.size(); ++i) {
+    v1::TrialProgram program = with.trials[i + 3].program;
+    program.planned_index(static_cast<std::uint32_t>(i));
+    EXPECT_EQ(program, without.trials[i].program) << i;
+  }
+}
+
+TEST(Protocol, ALimitOfMuscleActivityNeedsAReferenceContraction) {
+  const std::string text = scheduler::testing::small_protocol() + "\n[limits]\nmuscle_activity = 0.1\n";
+  const auto refused = parse_protocol(text, "p.toml");
+  ASSERT_FALSE(refused);
+  EXPECT_NE(refused.error().message.find("[reference_contraction]"), std::string::npos)
+      << refused.error().message;
+  const auto taken = parse_protocol(text +
+                                        "[reference_contraction]\n[[antagonists]]\nfirst = \"biceps\"\n"
+                                        "second = \"triceps\"\n",
+                                    "p.toml");
+  ASSERT_TRUE(taken) << taken.error().message;
+  EXPECT_EQ(taken->muscles.most_activity, 0.1);
+  EXPECT_EQ(taken->muscles.reference.trials, 2);
+  EXPECT_EQ(taken->muscles.antagonists.at(0).second, "triceps");
+}
+
 }  // namespace
 }  // namespace tonus::protocol

@@ -89,6 +89,82 @@ class RecordedSession(unittest.TestCase):
         np.testing.assert_array_equal(force, self.session.trials[0].force)
 
 
+class AuxiliaryChannels(unittest.TestCase):
+    """A session with the EMG of two muscles of the simulated subject and a trigger."""
+
+    PROTOCOL = """schema = 1
+kind = "unloaded"
+name = "muscles"
+posture = [{ name = "reference", position_m = [0.0, 0.38] }]
+antagonists = [{ first = "ElbowFlexor", second = "ElbowExtensor" }]
+[perturbation]
+directions = 4
+sets = 1
+amplitude_m = 0.005
+rise_time_s = 0.2
+hold_s = [0.8, 1.0]
+wait_s = [1.0, 1.2]
+end_rest_s = 0.2
+[reference_contraction]
+trials = 1
+duration_s = 1.0
+"""
+    PROFILE = "".join(
+        f'[[auxiliary]]\nname = "{name}"\ntype = "{kind}"\nunit = "{unit}"\nrate_Hz = {rate}\n'
+        for name, kind, unit, rate in (("ElbowFlexor", "EMG", "mV", 2000.0), ("ElbowExtensor", "EMG", "mV", 1000.0),
+                                       ("Onset", "TRIG", "n/a", 200.0)))
+
+    @classmethod
+    def setUpClass(cls):
+        folder = tempfile.TemporaryDirectory()
+        cls.addClassCleanup(folder.cleanup)
+        cls.folder = pathlib.Path(folder.name)
+        (cls.folder / "protocol.toml").write_text(cls.PROTOCOL)
+        (cls.folder / "profile.toml").write_text(cls.PROFILE)
+        run("demo", cls.folder / "protocol.toml", "--profile", cls.folder / "profile.toml", "--data", cls.folder / "data",
+            "--domain", own_domain())
+        cls.archive = cls.folder / "data" / "archive.sqlite"
+        cls.session = tonus.open(cls.archive).session()
+
+    def test_have_the_values_and_times_of_the_csv_export(self):
+        out = self.folder / "csv"
+        run("export", self.session.id, "--archive", self.archive, "--format", "csv", "--out", out)
+        for trial in self.session.trials:
+            table = pd.read_csv(out / "auxiliary" / f"trial-{trial.attempt}.csv", float_precision="round_trip",
+                                keep_default_na=False, na_values=[""])
+            self.assertEqual(list(trial.auxiliary), ["ElbowFlexor", "ElbowExtensor", "Onset"])
+            for name, channel in trial.auxiliary.items():
+                rows = table[table.channel == name]
+                np.testing.assert_array_equal(channel.values, rows.value.to_numpy(np.float32))
+                np.testing.assert_allclose(channel.time, rows.time_s, rtol=0, atol=1e-12)
+                self.assertEqual({channel.unit}, set(rows.unit))
+
+    def test_stand_on_the_time_axis_of_the_trial(self):
+        trial = self.session.trials[1]
+        for name, rate in (("ElbowFlexor", 2000.0), ("ElbowExtensor", 1000.0), ("Onset", 200.0)):
+            channel = trial.auxiliary[name]
+            self.assertEqual(channel.rate, rate)
+            self.assertEqual(len(channel.values), len(trial) * rate / 200.0)
+            self.assertAlmostEqual(channel.time[-1], trial.time[-1], places=9)
+        onset = trial.auxiliary["Onset"]
+        self.assertAlmostEqual(onset.time[np.argmax(onset.values > 0.5)], 0.0, places=9)
+
+    def test_verdicts_have_the_activity_relative_to_the_contraction(self):
+        for trial in self.session.trials[1:]:
+            self.assertEqual(set(trial.muscles), {"ElbowFlexor", "ElbowExtensor"})
+            self.assertTrue(trial.muscles["ElbowFlexor"]["is_normalised"])
+            self.assertLess(trial.muscles["ElbowFlexor"]["before_onset"], 0.05)
+            self.assertGreater(trial.co_contraction, 0.5)
+
+    def test_of_a_rig_without_them_are_none(self):
+        archive = self.folder / "recorded.sqlite"
+        shutil.copy(RECORDED, archive)
+        trial = tonus.open(archive).session().trials[0]
+        self.assertEqual(trial.auxiliary, {})
+        self.assertEqual(trial.muscles, {})
+        self.assertTrue(np.isnan(trial.co_contraction))
+
+
 class WrongArchive(unittest.TestCase):
     def refused(self, kind, pattern, call):
         with self.assertRaisesRegex(kind, pattern) as caught:

@@ -31,6 +31,8 @@ void put_small_session(Store& store, const Id& id, std::uint64_t first, const st
   batch.sessions.push_back(session_of(id, started_at));
   StreamRecord stream{kStream, 0, {}, 1, 2};
   stream.coverage.add({0, first + 10});
+  stream.auxiliary_values = 12;
+  stream.auxiliary_coverage.add({0, first + 10});
   batch.streams.push_back(stream);
   TrialRecord trial = trial_of(1, first, first + 9);
   trial.session = id;
@@ -41,6 +43,9 @@ void put_small_session(Store& store, const Id& id, std::uint64_t first, const st
   Block block = block_of(first, 10, trial.trial);
   block.session = id;
   batch.blocks.push_back(block);
+  Block values = auxiliary_block_of(first, 10, trial.trial);
+  values.session = id;
+  batch.blocks.push_back(values);
   const auto say = [&](const char* topic, const Id& key, const std::string& text) {
     Message message = message_of(topic, key, text);
     message.session = id;
@@ -67,9 +72,10 @@ std::vector<std::string> texts_in(Store& store) {
   return texts;
 }
 
-std::vector<std::uint64_t> firsts_in(Store& store) {
+std::vector<std::uint64_t> firsts_in(Store& store, bool is_auxiliary = false) {
   std::vector<std::uint64_t> firsts;
-  EXPECT_TRUE(store.visit_blocks({testing::kStream, {0, kLargestSequence}}, [&firsts](const Block& block) {
+  const BlockQuery all{testing::kStream, {0, kLargestSequence}, false, is_auxiliary};
+  EXPECT_TRUE(store.visit_blocks(all, [&firsts](const Block& block) {
     firsts.push_back(block.first_sequence);
     return Result<void>();
   }));
@@ -105,11 +111,14 @@ TEST_F(Copying, TakesEverythingInTheOrderInWhichItCame) {
   EXPECT_THAT(texts_in(to),
               ElementsAre("described once", "plan of 2026-01-01T00:00:00Z", "plan of 2026-02-01T00:00:00Z"));
   EXPECT_THAT(firsts_in(to), ElementsAre(100U, 200U));
+  EXPECT_THAT(firsts_in(to, true), ElementsAre(100U, 200U));
   EXPECT_EQ(to.trials(kNew)->front().certificate.received, 10U);
   EXPECT_EQ(to.session_certificates()->size(), 2U);
   const auto streams = *to.streams();
   ASSERT_EQ(streams.size(), 1U);
   EXPECT_EQ(streams[0].coverage.count_in({0, 1000}), 210U);
+  EXPECT_EQ(streams[0].auxiliary_coverage.count_in({0, 1000}), 210U);
+  EXPECT_EQ(streams[0].auxiliary_values, 12U);
   EXPECT_EQ(streams[0].resent, 1U);
 }
 
@@ -118,8 +127,10 @@ TEST_F(Copying, OfOneSessionTakesWhatWasInForceAndClaimsNoSampleOfAnother) {
   ASSERT_TRUE(copy_store(*open(file()), to, {{kNew}, {}}, {}));
   EXPECT_THAT(texts_in(to), ElementsAre("described once", "plan of 2026-02-01T00:00:00Z"));
   EXPECT_THAT(firsts_in(to), ElementsAre(200U));
+  EXPECT_THAT(firsts_in(to, true), ElementsAre(200U));
   EXPECT_EQ(to.sessions()->size(), 1U);
   EXPECT_EQ((*to.streams())[0].coverage.count_in({0, 1000}), 10U);
+  EXPECT_EQ((*to.streams())[0].auxiliary_coverage.count_in({0, 1000}), 10U);
 }
 
 TEST_F(Copying, IntoAStoreThatHoldsSomethingIsRefused) {
@@ -173,6 +184,7 @@ TEST_F(Pruning, RemovesTheSessionForGoodAndKeepsWhatTheOthersNeed) {
   const auto store = open(file());
   EXPECT_THAT(texts_in(*store), UnorderedElementsAre("described once", "plan of 2026-02-01T00:00:00Z"));
   EXPECT_THAT(firsts_in(*store), ElementsAre(200U));
+  EXPECT_THAT(firsts_in(*store, true), ElementsAre(200U));
   EXPECT_TRUE(store->trials(kOld)->empty());
   EXPECT_EQ((*store->streams())[0].coverage.count_in({0, 1000}), 210U) << "the rig is not asked for it again";
   EXPECT_LE(std::filesystem::file_size(file()), size);

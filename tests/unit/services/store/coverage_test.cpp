@@ -81,5 +81,16 @@ TEST(Coverage, AgreesWithASetOfNumbers) {
   }
 }
 
+TEST(Coverage, HasInCommonWithAnotherWhatIsInBoth) {
+  Coverage a;
+  for (const SequenceRange& range : {SequenceRange{0, 10}, {20, 30}, {40, 50}}) a.add(range);
+  Coverage b;
+  for (const SequenceRange& range : {SequenceRange{5, 25}, {28, 41}, {50, 60}}) b.add(range);
+  const std::vector<SequenceRange> both{{5, 10}, {20, 25}, {28, 30}, {40, 41}};
+  EXPECT_EQ(a.common(b).ranges(), both);
+  EXPECT_EQ(b.common(a).ranges(), both);
+  EXPECT_TRUE(a.common(Coverage()).ranges().empty());
+}
+
 }  // namespace
 }  // namespace tonus::store

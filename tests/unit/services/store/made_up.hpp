@@ -35,6 +35,15 @@ inline Block block_of(std::uint64_t first, std::uint32_t count, const Id& trial 
   return block;
 }
 
+inline Block auxiliary_block_of(std::uint64_t first, std::uint32_t count, const Id& trial = kNoId,
+                                bool is_resent = false, const StreamKey& stream = kStream) {
+  Block block = block_of(first, count, trial, is_resent, stream);
+  block.is_auxiliary = true;
+  block.payload = payload_of("values of " + std::to_string(first) + "+" + std::to_string(count));
+  block.checksum = crc32c(*block.payload);
+  return block;
+}
+
 inline Message message_of(const std::string& topic, const Id& key, const std::string& text) {
   Message message{topic, key, {}, 7, 0, payload_of(text)};
   message.checksum = crc32c(*message.payload);

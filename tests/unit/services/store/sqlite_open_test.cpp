@@ -9,6 +9,7 @@
 #include "services/store/sqlite_schema.hpp"
 #include "services/store/sqlite_store.hpp"
 #include "tests/support/temporary_folder.hpp"
+#include "tests/unit/services/store/made_up.hpp"
 
 namespace tonus::store {
 namespace {
@@ -93,6 +94,35 @@ TEST_F(SqliteOpen, RefusesANewerSchema) {
             "; a newer program wrote the file");
   EXPECT_EQ(write_refusal(), expected);
   EXPECT_EQ(read_refusal(), expected);
+}
+
+TEST_F(SqliteOpen, BringsAnArchiveFromBeforeAuxiliaryChannelsUpToDateWithItsBlocks) {
+  {
+    const auto store = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+    ASSERT_TRUE(store);
+    Batch batch;
+    StreamRecord stream{store::testing::kStream, 0, {}, 0, 0};
+    stream.coverage.add({0, 20});
+    batch.streams = {stream};
+    batch.blocks = {store::testing::block_of(0, 20)};
+    ASSERT_TRUE((*store)->commit(batch));
+  }
+  run("ALTER TABLE blocks DROP COLUMN is_auxiliary; ALTER TABLE streams DROP COLUMN auxiliary_values; "
+      "DROP TABLE auxiliary_coverage; DELETE FROM schema_migrations WHERE version = 3");
+  const auto pending = SqliteStore::pending_upgrade(path_);
+  ASSERT_TRUE(pending) << pending.error().message;
+  EXPECT_EQ(*pending, (std::vector<std::string>{"3: auxiliary channels"}));
+  const auto store = SqliteStore::open(path_, SqliteStore::Access::kWrite);
+  ASSERT_TRUE(store) << store.error().message;
+  int blocks = 0;
+  EXPECT_TRUE(
+      (*store)->visit_blocks({store::testing::kStream, {0, 20}}, [&](const Block& block) -> Result<void> {
+        ++blocks;
+        EXPECT_EQ(*block.payload, *store::testing::block_of(0, 20).payload);
+        return {};
+      }));
+  EXPECT_EQ(blocks, 1);
+  EXPECT_EQ((*store)->streams()->at(0).auxiliary_values, 0U);
 }
 
 TEST_F(SqliteOpen, LetsOneArchiveWriteAtATimeAndOthersRead) {

@@ -35,6 +35,35 @@ TEST_P(StoreContract, GivesBlocksBackAsTheyCame) {
   EXPECT_EQ(count, 1);
 }
 
+TEST_P(StoreContract, KeepsAuxiliaryBlocksBesideThoseOfSamples) {
+  Batch batch;
+  StreamRecord stream{kStream, 0, {}, 0, 0, 12, {}};
+  stream.coverage.add({0, 40});
+  stream.auxiliary_coverage.add({0, 20});
+  stream.auxiliary_coverage.add({60, 80});
+  batch.streams = {stream};
+  batch.blocks = {block_of(0, 40), auxiliary_block_of(0, 20),
+                  auxiliary_block_of(60, 20, id_of("trial"), true)};
+  commit(batch);
+  EXPECT_EQ(firsts_in({0, 1000}), (std::vector<std::uint64_t>{0}));
+  std::vector<Block> blocks;
+  EXPECT_TRUE(
+      store_->visit_blocks({kStream, {0, 1000}, false, true}, [&](const Block& block) -> Result<void> {
+        blocks.push_back(block);
+        return {};
+      }));
+  ASSERT_EQ(blocks.size(), 2U);
+  EXPECT_TRUE(blocks[1].is_auxiliary);
+  EXPECT_EQ(*blocks[1].payload, *batch.blocks[2].payload);
+  EXPECT_EQ(blocks[1].trial, id_of("trial"));
+  EXPECT_TRUE(blocks[1].is_resent);
+  const auto streams = store_->streams();
+  ASSERT_TRUE(streams);
+  EXPECT_EQ(streams->at(0).auxiliary_values, 12U);
+  EXPECT_EQ(streams->at(0).auxiliary_coverage, stream.auxiliary_coverage);
+  EXPECT_EQ(streams->at(0).whole().ranges(), (std::vector<SequenceRange>{{0, 20}}));
+}
+
 TEST_P(StoreContract, FindsBlocksThatReachIntoARangeInTheirOrder) {
   Batch batch;
   batch.streams = {{kStream, 0, {}, 0, 0}, {{kRig, 7}, 0, {}, 0, 0}};

@@ -122,6 +122,42 @@ TEST_F(VerificationTest, CountsTheSamplesThatAreMissingInATrial) {
   EXPECT_NE(v.verdicts[4].found.find("gap"), std::string::npos) << v.verdicts[4].found;
 }
 
+TEST_F(VerificationTest, FindsNothingAmissInASessionWithAuxiliaryChannels) {
+  auto recipe = made_up::unloaded_session();
+  recipe.auxiliary = {{"ElbowFlexor", "EMG", "mV", 1.0, 400.0}, {"Onset", "TRIG", "n/a", 1.0, 200.0}};
+  const auto v = verify(std::move(recipe));
+  EXPECT_TRUE(v.is_well()) << v.problems.front();
+  EXPECT_EQ(v.blocks, 2U * 16U * 13U);  // 50 samples each, of which a trial has 650
+  EXPECT_EQ(v.trials.at(4).found, 650U);
+  EXPECT_TRUE(v.verdicts.at(4).is_equal);
+}
+
+TEST_F(VerificationTest, CountsSamplesWithoutTheirAuxiliaryValuesAsMissing) {
+  auto recipe = made_up::unloaded_session();
+  recipe.auxiliary = {{"ElbowFlexor", "EMG", "mV", 1.0, 400.0}};
+  recipe.are_values_lost = [](std::uint64_t first) { return first == 1000 + 4 * 650 + 100; };  // of attempt 5
+  const auto v = verify(std::move(recipe));
+  EXPECT_EQ(v.trials.at(4).absent, 50U);
+  EXPECT_EQ(v.trials.at(4).found, 600U);
+  ASSERT_FALSE(v.problems.empty());
+  EXPECT_EQ(v.problems[0], "trial 5: 50 of 650 samples are missing");
+}
+
+TEST_F(VerificationTest, FindsADamagedBlockOfAuxiliaryValues) {
+  auto recipe = made_up::unloaded_session();
+  recipe.auxiliary = {{"ElbowFlexor", "EMG", "mV", 1.0, 400.0}};
+  recipe.spoil_batch = [](store::Batch& batch) {
+    for (store::Block& block : batch.blocks) {
+      if (block.is_auxiliary && block.first_sequence == 1000) block.checksum ^= 1U;
+    }
+  };
+  const auto v = verify(std::move(recipe));
+  EXPECT_EQ(v.damaged_blocks, 1U);
+  ASSERT_FALSE(v.problems.empty());
+  EXPECT_NE(v.problems[0].find("auxiliary values of samples 1000 to 1049"), std::string::npos)
+      << v.problems[0];
+}
+
 TEST_F(VerificationTest, DoesNotBlameARejectionThatWasMadeBeforeTheRowsCame) {
   auto recipe = made_up::unloaded_session();
   recipe.spoil_verdict = [](v1::TrialVerdict& verdict) {
