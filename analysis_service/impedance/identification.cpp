@@ -10,6 +10,7 @@
 #include "analysis_service/impedance/diagnostics.hpp"
 #include "analysis_service/impedance/fit_signals.hpp"
 #include "analysis_service/impedance/method_bias.hpp"
+#include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
 #include "analysis_service/impedance/record_identification.hpp"
 #include "analysis_service/impedance/refined_identification.hpp"
@@ -221,6 +222,8 @@ std::optional<Reason> fit_published(const TrialPointers& trials, const Options& 
   });
 }
 
+bool has_numbers(const refined::Estimate& found) { return found.shortage == refined::Shortage::kNone; }
+
 /// Whether there are commands and trials enough to simulate a bias and to check method against method.
 bool has_commands(const TrialPointers& trials) {
   return trials.size() >= kFewestCrossChecked && std::ranges::all_of(trials, [](const Trial* trial) {
@@ -305,7 +308,11 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     }
   }
   Diagnosis diagnosis = known->diagnosis;
-  if (estimate.method == Method::kRefined) diagnosis.is_force_shifted = false;  // it has a test of its own
+  if (!failure && options.model == Model::kLinear && known->refined && has_numbers(*known->refined)) {
+    diagnosis.model_tests = &*known->refined;
+    diagnosis.is_force_shifted = false;  // it has a test of its own
+    carry_doubts(*known->refined, estimate);
+  }
   if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);
   conclude(estimate, failure, diagnosis);
   return estimate;
