@@ -200,13 +200,14 @@ struct Examination {
   double block = 0.0;   ///< s.
   double frequency = 0.0;
   Diagnosis diagnosis;
-  std::optional<refined::Estimate> refined;  ///< Where a method, a bias or the cross-check asked for it.
-  std::optional<Estimate> state_variable;    ///< By the published settings, without bias.
+  std::optional<refined::Estimate> refined;    ///< Where a method, a bias or the cross-check asked for it.
+  std::optional<refined::Estimate> by_motion;  ///< Where there are no commands.
+  std::optional<Estimate> state_variable;      ///< By the published settings, without bias.
 };
 
 Examination examine(const TrialPointers& trials, const Options& options) {
   const double frequency = tuned_natural_frequency(trials, options.window, options.block);
-  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}};
+  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}, {}};
 }
 
 const refined::Estimate& refined_of(const TrialPointers& trials, const Options& options, Examination& known) {
@@ -222,13 +223,20 @@ std::optional<Reason> fit_published(const TrialPointers& trials, const Options& 
   });
 }
 
-bool has_numbers(const refined::Estimate& found) { return found.shortage == refined::Shortage::kNone; }
-
 /// Whether there are commands and trials enough to simulate a bias and to check method against method.
 bool has_commands(const TrialPointers& trials) {
   return trials.size() >= kFewestCrossChecked && std::ranges::all_of(trials, [](const Trial* trial) {
            return !trial->is_continuous && trial->commanded.rows() == trial->samples();
          });
+}
+
+/// What tests these trials against model (3), if anything does.
+const refined::Estimate* model_tests_of(const TrialPointers& trials, const Options& options,
+                                        Examination& known) {
+  if (options.model != Model::kLinear) return nullptr;
+  if (known.refined && known.refined->shortage == refined::Shortage::kNone) return &*known.refined;
+  if (!known.by_motion) known.by_motion = tests_by_mean_motion(trials, options);
+  return known.by_motion ? &*known.by_motion : nullptr;
 }
 
 /// Method state_variable by the published settings, as the cross-check takes it.
@@ -308,10 +316,10 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     }
   }
   Diagnosis diagnosis = known->diagnosis;
-  if (!failure && options.model == Model::kLinear && known->refined && has_numbers(*known->refined)) {
-    diagnosis.model_tests = &*known->refined;
+  if (!failure) diagnosis.model_tests = model_tests_of(trials, options, *known);
+  if (diagnosis.model_tests != nullptr) {
     diagnosis.is_force_shifted = false;  // it has a test of its own
-    carry_doubts(*known->refined, estimate);
+    carry_doubts(*diagnosis.model_tests, estimate);
   }
   if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);
   conclude(estimate, failure, diagnosis);

@@ -5,6 +5,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "analysis_service/impedance/condition_response.hpp"
+#include "analysis_service/impedance/cross_check.hpp"
 #include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/student_t.hpp"
@@ -113,6 +115,38 @@ refined::Estimate find_refined(std::span<const Trial* const> trials, const Optio
   const refined::Settings settings{trials.front()->sample_period, options.window,
                                    trials.front()->handle_mass};
   return refined::identify(inputs, settings);
+}
+
+std::optional<refined::Estimate> tests_by_mean_motion(std::span<const Trial* const> trials,
+                                                      const Options& options) {
+  const bool is_testable =
+      options.model == Model::kLinear && trials.size() >= kFewestCrossChecked &&
+      std::ranges::none_of(trials, [](const Trial* trial) { return trial->is_continuous; });
+  if (!is_testable) return std::nullopt;
+  const Eigen::MatrixXd means = means_over_window(
+      trials, options.window, [](const Trial& trial) -> const Signals& { return trial.displacement; });
+  Eigen::Index rest = trials.front()->onset;
+  Eigen::Index moving = trials.front()->samples() - rest;
+  for (const Trial* trial : trials) {
+    rest = std::min(rest, trial->onset);
+    moving = std::min(moving, trial->samples() - trial->onset);
+  }
+  Eigen::VectorXd shape = Eigen::VectorXd::Zero(rest + moving);
+  for (std::size_t g = 0; g < trials.size(); ++g)
+    shape += trials[g]->displacement.middleRows(trials[g]->onset - rest, shape.size()) *
+             means.row(static_cast<Eigen::Index>(g)).transpose();
+  shape /= std::max(means.squaredNorm(), 1e-300);
+  std::vector<refined::Trial> inputs;
+  for (std::size_t g = 0; g < trials.size(); ++g) {
+    inputs.push_back(input_of(*trials[g]));
+    inputs.back().commanded = Signals::Zero(trials[g]->samples(), trials[g]->axes());
+    inputs.back().commanded.middleRows(trials[g]->onset - rest, shape.size()) =
+        shape * means.row(static_cast<Eigen::Index>(g));
+  }
+  refined::Estimate found =
+      refined::identify(inputs, {trials.front()->sample_period, options.window, trials.front()->handle_mass});
+  if (found.shortage != refined::Shortage::kNone) return std::nullopt;
+  return found;
 }
 
 std::optional<Reason> identify_refined(const refined::Estimate& found, std::size_t trials,
