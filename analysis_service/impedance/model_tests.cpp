@@ -12,6 +12,7 @@ namespace tonus::impedance {
 namespace {
 
 constexpr double kLargestEffect = 1.0;   // Of a term, in 95 % half-widths of what it changes.
+constexpr double kLeastShare = 0.005;    // Of the largest element: by less no term moves an arm's numbers.
 constexpr double kLargestMisfit = 0.05;  // Of the mean response's force.
 constexpr double kLargestLag = 0.001;    // s
 
@@ -43,7 +44,8 @@ void check_terms(const refined::Estimate& found, Estimate& estimate) {
             estimate);
   for (const refined::AlternativeTest& test : found.alternatives) {
     const Finding finding = finding_of(test.alternative);
-    const bool is_found = test.p < kModelSignificance && test.effect > kLargestEffect;
+    const bool is_found =
+        test.p < kModelSignificance && test.effect > kLargestEffect && test.share > kLeastShare;
     // Without significance the effect is that of noise; the check states it at its limit then.
     const double value = is_found ? test.effect : std::min(test.effect, kLargestEffect);
     add_check(
@@ -60,7 +62,8 @@ void check_lag(const refined::LagTest& test, Estimate& estimate) {
   estimate.force_lag = test.lag;
   Eigen::Index axis = 0;
   const double lag = test.lag.cwiseAbs().maxCoeff(&axis);
-  const bool is_late = test.p < kModelSignificance && (lag > kLargestLag || test.effect > kLargestEffect);
+  const bool is_large = lag > kLargestLag || (test.effect > kLargestEffect && test.share > kLeastShare);
+  const bool is_late = test.p < kModelSignificance && is_large;
   const double half = 1.96 * test.std[axis];
   add_check(FitTest::kLag, lag, is_late ? std::min(kLargestLag, half) : std::max(kLargestLag, lag), !is_late,
             Reason::kForceShifted,

@@ -66,6 +66,7 @@ struct Extended {
   Eigen::MatrixXd V;         // their covariance by the residual process
   double p = 1.0;            // of b = 0
   double effect = 0.0;       // largest change of theta, in 95 % half-widths
+  double share = 0.0;        // the same, of the largest element of its matrix
 };
 
 /// 95 % half-widths of vec(theta); 0 for the offsets, which are not asked for.
@@ -108,10 +109,14 @@ Extended extend(const WeightedFit& fit, const TrialCovariance& covariance, const
   extended.b = extended.solution.tail(extra);
   extended.V = V.bottomRightCorner(extra, extra);
   extended.p = chance_beyond(extended.b.dot(extended.V.ldlt().solve(extended.b)), static_cast<double>(extra));
+  const Eigen::Index axes = fit.theta.cols();
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (!(halves[i] > 0.0)) continue;
-    extended.effect =
-        std::max(extended.effect, std::abs(extended.solution[i] - fit.theta.reshaped()[i]) / halves[i]);
+    const Eigen::Index row = i % fit.theta.rows();
+    if (row == fit.theta.rows() - 1) continue;  // the offset
+    const double change = std::abs(extended.solution[i] - fit.theta.reshaped()[i]);
+    const double largest = fit.theta.middleRows(row / axes * axes, axes).cwiseAbs().maxCoeff();
+    if (halves[i] > 0.0) extended.effect = std::max(extended.effect, change / halves[i]);
+    if (largest > 0.0) extended.share = std::max(extended.share, change / largest);
   }
   return extended;
 }
@@ -121,13 +126,13 @@ AlternativeTest test_one(Alternative alternative, const WeightedFit& fit, const 
                          const WeakForm& weak) {
   double largest = 0.0;
   for (const auto& term : terms) largest = std::max(largest, term.cwiseAbs().maxCoeff());
-  if (!(largest > 0.0)) return {alternative, 1.0, 0.0, {}};
+  if (!(largest > 0.0)) return {alternative, 1.0, 0.0, 0.0, {}};
   std::vector<Eigen::MatrixXd> columns;
   for (const auto& term : terms) columns.push_back(fit.whitener.design(weak.apply(0, term / largest)));
   const Extended extended = extend(fit, covariance, halves, columns);
   const Eigen::Index size = fit.theta.size();
   const Eigen::Index axes = fit.theta.cols();
-  AlternativeTest test{alternative, extended.p, extended.effect,
+  AlternativeTest test{alternative, extended.p, extended.effect, extended.share,
                        extended.solution.head(size).reshaped(fit.theta.rows(), axes) - fit.theta};
   if (alternative == Alternative::kReflex) {  // b x'(t - d) = b x' - d b x" + ...
     const Eigen::MatrixXd b = extended.b.reshaped(axes, axes) / largest;
@@ -239,7 +244,8 @@ LagTest test_lag(const WeightedFit& fit, const TrialCovariance& covariance,
     columns.push_back(std::move(own));
   }
   const Extended extended = extend(fit, covariance, half_widths(fit, covariance), columns);
-  return {extended.p, extended.b, extended.V.diagonal().cwiseMax(0.0).cwiseSqrt(), extended.effect};
+  return {extended.p, extended.b, extended.V.diagonal().cwiseMax(0.0).cwiseSqrt(), extended.effect,
+          extended.share};
 }
 
 MisfitTest test_misfit(const WeightedFit& fit, const std::vector<TrialRows>& trials,
