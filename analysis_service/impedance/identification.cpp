@@ -316,9 +316,12 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     }
   }
   Diagnosis diagnosis = known->diagnosis;
-  if (!failure) diagnosis.model_tests = model_tests_of(trials, options, *known);
+  // What a clipped force shows beside its clipping names a wrong cause.
+  if (!failure && !diagnosis.is_force_clipped)
+    diagnosis.model_tests = model_tests_of(trials, options, *known);
   if (diagnosis.model_tests != nullptr) {
     diagnosis.is_force_shifted = false;  // it has a test of its own
+    diagnosis.is_by_mean_motion = known->by_motion && diagnosis.model_tests == &*known->by_motion;
     carry_doubts(*diagnosis.model_tests, estimate);
   }
   if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);

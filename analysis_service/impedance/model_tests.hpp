@@ -18,6 +18,9 @@ inline constexpr double kDoubtfulBelow = 0.1;
 /// hardening, friction and slack, with a reason for each that failed. `found` has numbers.
 void check_against_model(const refined::Estimate& found, Estimate& estimate);
 
+/// The same for tests_by_mean_motion(), but for the mean residual: it is what such a fit was made from.
+void check_against_mean_motion(const refined::Estimate& found, Estimate& estimate);
+
 /// Widens the intervals of M, B, K by what each term would change where the trials leave it in doubt. The
 /// value stays. Of a reflex it is what M, B, K of slow motion would change: after a ramp a reflex looks like
 /// other M, B, K, and these are what is stated (docs/manual/numbers.md).

@@ -135,9 +135,10 @@ class StreamingIdentifier::Core {
     if (!options_.natural_frequency && tuned > 0.0) natural_frequency_ = tuned;
     diagnosis_ = diagnose(ordered, options_, tuned);
     model_tests_ = tests_by_mean_motion(ordered, options_);
-    if (model_tests_) {
+    if (model_tests_ && !diagnosis_.is_force_clipped) {
       diagnosis_.model_tests = &*model_tests_;
       diagnosis_.is_force_shifted = false;  // as identify() does it
+      diagnosis_.is_by_mean_motion = true;
     }
     refit();
   }

@@ -60,7 +60,10 @@ void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
       Reason::kUnexplained,
       fmt::format("the model explains {:.3g} % of the force, at least {:.3g} %", 100.0 * explained,
                   100.0 * kLeastExplained));
-  if (diagnosis.model_tests != nullptr) {
+  const bool has_tests = diagnosis.model_tests != nullptr;
+  if (has_tests && diagnosis.is_by_mean_motion) {
+    check_against_mean_motion(*diagnosis.model_tests, estimate);
+  } else if (has_tests) {
     check_against_model(*diagnosis.model_tests, estimate);
   } else if (diagnosis.is_lag_examined) {
     const double lag = diagnosis.force_lag.cwiseAbs().maxCoeff();
@@ -68,7 +71,8 @@ void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
     estimate.checks.push_back(
         {FitTest::kLag, lag, is_passed ? std::max(kLagTolerated, lag) : kLagTolerated, is_passed});
   }
-  if (diagnosis.model_tests == nullptr && diagnosis.is_lag_examined && estimate.model == Model::kLinear) {
+  const bool has_misfit = has_tests && !diagnosis.is_by_mean_motion;
+  if (!has_misfit && diagnosis.is_lag_examined && estimate.model == Model::kLinear) {
     const bool is_passed = diagnosis.misfit < kMostMisfit || diagnosis.misfit_share < kMostMisfitShare;
     const double share = diagnosis.misfit_share;
     add(FitTest::kBands, share, is_passed ? std::max(share, kMostMisfitShare) : kMostMisfitShare, is_passed,
