@@ -230,11 +230,14 @@ bool has_commands(const TrialPointers& trials) {
          });
 }
 
-/// What tests these trials against model (3), if anything does.
+/// What tests these trials against model (3), if anything does. It does not depend on the analyses before.
 const refined::Estimate* model_tests_of(const TrialPointers& trials, const Options& options,
                                         Examination& known) {
   if (options.model != Model::kLinear) return nullptr;
-  if (known.refined && known.refined->shortage == refined::Shortage::kNone) return &*known.refined;
+  if (options.method == Method::kRefined || has_commands(trials)) {
+    const refined::Estimate& found = refined_of(trials, options, known);
+    if (found.shortage == refined::Shortage::kNone) return &found;
+  }
   if (!known.by_motion) known.by_motion = tests_by_mean_motion(trials, options);
   return known.by_motion ? &*known.by_motion : nullptr;
 }
@@ -319,8 +322,9 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   // What a clipped force shows beside its clipping names a wrong cause.
   if (!failure && !diagnosis.is_force_clipped)
     diagnosis.model_tests = model_tests_of(trials, options, *known);
-  if (diagnosis.model_tests != nullptr) {
+  if (diagnosis.model_tests != nullptr || estimate.method == Method::kRefined)
     diagnosis.is_force_shifted = false;  // it has a test of its own
+  if (diagnosis.model_tests != nullptr) {
     diagnosis.is_by_mean_motion = known->by_motion && diagnosis.model_tests == &*known->by_motion;
     carry_doubts(*diagnosis.model_tests, estimate);
   }
