@@ -231,10 +231,10 @@ bool has_commands(const TrialPointers& trials) {
 }
 
 /// What tests these trials against model (3), if anything does. It does not depend on the analyses before.
-const refined::Estimate* model_tests_of(const TrialPointers& trials, const Options& options,
+const refined::Estimate* model_tests_of(const TrialPointers& trials, const Options& options, Method method,
                                         Examination& known) {
   if (options.model != Model::kLinear) return nullptr;
-  if (options.method == Method::kRefined || has_commands(trials)) {
+  if (method == Method::kRefined || has_commands(trials)) {
     const refined::Estimate& found = refined_of(trials, options, known);
     if (found.shortage == refined::Shortage::kNone) return &found;
   }
@@ -321,7 +321,7 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   Diagnosis diagnosis = known->diagnosis;
   // What a clipped force shows beside its clipping names a wrong cause.
   if (!failure && !diagnosis.is_force_clipped)
-    diagnosis.model_tests = model_tests_of(trials, options, *known);
+    diagnosis.model_tests = model_tests_of(trials, options, estimate.method, *known);
   if (diagnosis.model_tests != nullptr || estimate.method == Method::kRefined)
     diagnosis.is_force_shifted = false;  // it has a test of its own
   if (diagnosis.model_tests != nullptr) {
