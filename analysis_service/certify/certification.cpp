@@ -18,6 +18,8 @@
 #include "analysis_service/impedance/method_bias.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/refined_identification.hpp"
+#include "analysis_service/impedance/student_t.hpp"
+#include "analysis_service/impedance/uncertainty.hpp"
 #include "services/core/parallel.hpp"
 
 namespace tonus::certify {
@@ -31,7 +33,7 @@ Eigen::Index matrix_of(Eigen::Index element) { return element / 4; }  // 12 and 
 struct Simulated {
   std::vector<impedance::Trial> trials;
   impedance::CartesianImpedance arm;
-  Eigen::Matrix2d secant;
+  impedance::CartesianImpedance slow;
   Eigen::VectorXd bound;  // 12; 0: not known
   double window = 1.0;
   Eigen::Vector2d centre = Eigen::Vector2d::Zero();  // m
@@ -45,6 +47,8 @@ struct Outcome {
   Eigen::VectorXd bound;          // 12, alike
   Eigen::VectorXd inside;         // 1 or 0
   Eigen::VectorXd inside_secant;  // of K
+  bool is_right = false;
+  bool is_right_slow = false;
   Eigen::VectorXd half;
   Eigen::Matrix<double, 4, 3> inside_ellipse;  // by number, of M, B, K: 1, 0; not finite: no interval
 };
@@ -72,6 +76,23 @@ Eigen::Vector4d inside_ellipse(const std::optional<impedance::EllipseIntervals>&
           is_inside({intervals->curl.low - kRounding, intervals->curl.high}, curl->p_mean)};
 }
 
+/// Whether all of M, B, K lie in their 99.9 % intervals.
+bool is_right(const impedance::Estimate& estimate, const impedance::CartesianImpedance& truth) {
+  const auto holds = [&](impedance::AxisMatrix impedance::Parameters::*matrix,
+                         const Eigen::Matrix2d& expected) {
+    const double freedom = impedance::uncertainty_of(estimate, matrix).freedom;
+    const double wider =
+        0.5 *
+        (impedance::student_t_factor(0.999, freedom) / impedance::student_t_factor(0.95, freedom) - 1.0);
+    const Eigen::Array22d low = (estimate.low.*matrix).array();
+    const Eigen::Array22d high = (estimate.high.*matrix).array();
+    const Eigen::Array22d more = wider * (high - low);
+    return (low - more <= expected.array()).all() && (expected.array() <= high + more).all();
+  };
+  return holds(&impedance::Parameters::M, truth.M) && holds(&impedance::Parameters::B, truth.B) &&
+         holds(&impedance::Parameters::K, truth.K);
+}
+
 Outcome outcome_of(const impedance::Estimate& estimate, const Simulated& simulated) {
   const impedance::CartesianImpedance& arm = simulated.arm;
   Outcome outcome;
@@ -89,7 +110,9 @@ Outcome outcome_of(const impedance::Estimate& estimate, const Simulated& simulat
   outcome.half = (0.5 * (high - low)).cwiseQuotient(scale);
   outcome.bound = simulated.bound.cwiseQuotient(scale.head(12));
   outcome.inside = (low.array() <= expected.array() && expected.array() <= high.array()).cast<double>();
-  const Eigen::ArrayXd stiffness = simulated.secant.reshaped();
+  outcome.is_right = is_right(estimate, arm);
+  outcome.is_right_slow = is_right(estimate, simulated.slow);
+  const Eigen::ArrayXd stiffness = simulated.slow.K.reshaped();
   outcome.inside_secant =
       (low.segment(8, 4).array() <= stiffness && stiffness <= high.segment(8, 4).array()).cast<double>();
   outcome.inside_ellipse << inside_ellipse(estimate.uncertainty.M.ellipse, arm.M),
@@ -184,6 +207,12 @@ MethodWorth worth_of_method(impedance::Method method, const std::vector<Outcome>
   for (const Outcome& outcome : outcomes) {
     worth.undetermined += outcome.is_determined ? 0 : 1;
     worth.suspect += outcome.is_suspect ? 1 : 0;
+    const bool is_refused = !outcome.is_determined || outcome.is_suspect;
+    worth.refused += is_refused ? 1 : 0;
+    if (is_refused) continue;
+    worth.right += outcome.is_right || outcome.is_right_slow ? 1 : 0;
+    worth.right_slow += !outcome.is_right && outcome.is_right_slow ? 1 : 0;
+    worth.wrong += !outcome.is_right && !outcome.is_right_slow ? 1 : 0;
   }
   for (Eigen::Index matrix = 0; matrix < 4; ++matrix)
     worth.matrices[static_cast<std::size_t>(matrix)] = worth_of(outcomes, matrix);
@@ -246,10 +275,13 @@ const std::vector<NamedError>& model_errors() {
       {"none", {}},
       {"reflex 15 %", {.reflex = 0.15}},
       {"reflex 40 %", {.reflex = 0.4}},
+      {"reflex 60 ms", {.reflex = 0.4, .reflex_delay = 0.06}},
       {"slack 0.3 mm", {.slack = 3e-4}},
       {"slack 1 mm", {.slack = 1e-3}},
       {"hardening 10 %", {.hardening = 0.1}},
       {"hardening 30 %", {.hardening = 0.3}},
+      {"friction 0.1 N", {.friction = 0.1}},
+      {"friction 0.3 N", {.friction = 0.3}},
   };
   return all;
 }
@@ -261,7 +293,7 @@ std::vector<MethodWorth> certify(const Cell& cell, const Progress& progress) {
     const auto trials = simulate_condition(truth, cell.design, cell.setting, random);
     return Simulated{trials,
                      truth.arm,
-                     secant_stiffness(truth, cell.setting.error),
+                     slow_impedance(truth, cell.setting.error),
                      bound_of(truth, cell.design, cell.setting),
                      cell.design.window,
                      Eigen::Vector2d::Zero()};
@@ -298,7 +330,7 @@ Result<std::vector<MethodWorth>> certify_like(std::span<const impedance::Trial> 
     const impedance::Parameters drawn = drawn_impedance(found, condition.impedance(), random);
     Simulated simulated{{},
                         {drawn.M, drawn.B, drawn.K},
-                        drawn.K,
+                        {drawn.M, drawn.B, drawn.K},
                         Eigen::VectorXd::Zero(12),
                         likeness.window,
                         Eigen::Vector2d::Zero()};

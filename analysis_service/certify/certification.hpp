@@ -51,6 +51,13 @@ struct MethodWorth {
   std::size_t suspect = 0;       ///< Flagged; they count above.
   /// `wrong_and_ok` of K against the stiffness between rest and 5 mm, in which a reflex and hardening count.
   double wrong_and_ok_secant = 0.0;
+  /// Conditions by what a reader is told: flagged or without numbers; else right where all of M, B, K lie in
+  /// their 99.9 % intervals, as those follow from the stated ones, by the passive arm or all of them by
+  /// slow_impedance(); else wrong and ok.
+  std::size_t refused = 0;
+  std::size_t right = 0;
+  std::size_t right_slow = 0;  ///< Of these, by slow_impedance() alone.
+  std::size_t wrong = 0;
 };
 
 /// One setting, number of trials and rise.
@@ -61,8 +68,8 @@ struct Cell {
   std::uint64_t seed = 1;
 };
 
-/// The arms that the model does not describe, by name: none, a reflex of 15 and 40 % of K 40 ms late, slack
-/// of 0.3 and 1 mm, hardening of 10 and 30 % at 5 mm.
+/// The arms that the model does not describe, by name: none, a reflex of 15 and 40 % of K 40 ms late and one
+/// of 40 % 60 ms late, slack of 0.3 and 1 mm, hardening of 10 and 30 % at 5 mm, friction of 0.1 and 0.3 N.
 struct NamedError {
   std::string name;
   ModelError error;

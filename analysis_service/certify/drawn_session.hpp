@@ -43,9 +43,12 @@ struct ModelError {
   double reflex = 0.0;  ///< Of K: the elastic force follows the displacement of `reflex_delay` ago, too.
   double reflex_delay = 0.04;  ///< s.
   double hardening = 0.0;      ///< Of K: by how much the secant stiffness rises to 5 mm, with the square.
-  double slack = 0.0;  ///< m: the handle moves so far from the grip's centre before it meets the hand.
+  double slack = 0.0;     ///< m: the handle moves so far from the grip's centre before it meets the hand.
+  double friction = 0.0;  ///< N, against the direction of the hand's velocity.
 
-  [[nodiscard]] bool is_none() const { return reflex == 0.0 && hardening == 0.0 && slack == 0.0; }
+  [[nodiscard]] bool is_none() const {
+    return reflex == 0.0 && hardening == 0.0 && slack == 0.0 && friction == 0.0;
+  }
 };
 
 /// A named choice of all.

@@ -16,6 +16,7 @@ constexpr double kSettling = 1.5;          // s before the rest
 constexpr double kAmplitude = 0.005;       // m, of the secant
 constexpr double kContactStiffness = 1e5;  // N/m
 constexpr double kContactDamping = 200.0;  // N s/m
+constexpr double kSlow = 5e-4;             // m/s, at which friction has half its force
 
 /// Handle and hand; one and the same without slack.
 struct State {
@@ -38,7 +39,8 @@ class ImperfectArm {
   /// Force that moves the hand at y with velocity w without acceleration.
   [[nodiscard]] Eigen::Vector2d resistance(const State& at, const Eigen::Vector2d& own) const {
     const double harder = 1.0 + error_.hardening * at.y.squaredNorm() / (kAmplitude * kAmplitude);
-    return truth_.arm.B * at.w + truth_.arm.K * (harder * at.y + error_.reflex * delayed()) - own;
+    return truth_.arm.B * at.w + truth_.arm.K * (harder * at.y + error_.reflex * delayed()) +
+           error_.friction / (at.w.norm() + kSlow) * at.w - own;
   }
 
   [[nodiscard]] Eigen::Vector2d force(const State& at, const Eigen::Vector2d& own,
@@ -138,8 +140,13 @@ Motion simulate_imperfect(const Truth& truth, const Design& design, const Distur
   return motion;
 }
 
-Eigen::Matrix2d secant_stiffness(const Truth& truth, const ModelError& error) {
-  return (1.0 + error.reflex + error.hardening) * truth.arm.K;
+impedance::CartesianImpedance slow_impedance(const Truth& truth, const ModelError& error) {
+  const double d = error.reflex_delay;
+  impedance::CartesianImpedance slow = truth.arm;
+  slow.M += 0.5 * error.reflex * d * d * truth.arm.K;
+  slow.B -= error.reflex * d * truth.arm.K;
+  slow.K *= 1.0 + error.reflex + error.hardening;
+  return slow;
 }
 
 }  // namespace tonus::certify

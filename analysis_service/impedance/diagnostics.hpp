@@ -20,6 +20,10 @@ struct Diagnosis {
   double misfit = 0.0;  ///< Largest of the channels' (force_lag.hpp), as is the next.
   double misfit_share = 0.0;
   std::optional<CrossCheck> cross_check;  ///< Of two methods; set by identify().
+  /// Tests against model (3) in place of the shift's, and with commands of the misfit's; set by identify()
+  /// where it has them.
+  const refined::Estimate* model_tests = nullptr;
+  bool is_by_mean_motion = false;
   AxisVector force_lag;  ///< s by which each force channel lags; positive: too late. 0 where not examined.
 };
 

@@ -10,6 +10,7 @@
 #include "analysis_service/impedance/diagnostics.hpp"
 #include "analysis_service/impedance/fit_signals.hpp"
 #include "analysis_service/impedance/method_bias.hpp"
+#include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
 #include "analysis_service/impedance/record_identification.hpp"
 #include "analysis_service/impedance/refined_identification.hpp"
@@ -199,13 +200,14 @@ struct Examination {
   double block = 0.0;   ///< s.
   double frequency = 0.0;
   Diagnosis diagnosis;
-  std::optional<refined::Estimate> refined;  ///< Where a method, a bias or the cross-check asked for it.
-  std::optional<Estimate> state_variable;    ///< By the published settings, without bias.
+  std::optional<refined::Estimate> refined;    ///< Where a method, a bias or the cross-check asked for it.
+  std::optional<refined::Estimate> by_motion;  ///< Where there are no commands.
+  std::optional<Estimate> state_variable;      ///< By the published settings, without bias.
 };
 
 Examination examine(const TrialPointers& trials, const Options& options) {
   const double frequency = tuned_natural_frequency(trials, options.window, options.block);
-  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}};
+  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}, {}};
 }
 
 const refined::Estimate& refined_of(const TrialPointers& trials, const Options& options, Examination& known) {
@@ -226,6 +228,18 @@ bool has_commands(const TrialPointers& trials) {
   return trials.size() >= kFewestCrossChecked && std::ranges::all_of(trials, [](const Trial* trial) {
            return !trial->is_continuous && trial->commanded.rows() == trial->samples();
          });
+}
+
+/// What tests these trials against model (3), if anything does. It does not depend on the analyses before.
+const refined::Estimate* model_tests_of(const TrialPointers& trials, const Options& options, Method method,
+                                        Examination& known) {
+  if (options.model != Model::kLinear) return nullptr;
+  if (method == Method::kRefined || has_commands(trials)) {
+    const refined::Estimate& found = refined_of(trials, options, known);
+    if (found.shortage == refined::Shortage::kNone) return &found;
+  }
+  if (!known.by_motion) known.by_motion = tests_by_mean_motion(trials, options);
+  return known.by_motion ? &*known.by_motion : nullptr;
 }
 
 /// Method state_variable by the published settings, as the cross-check takes it.
@@ -305,7 +319,15 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     }
   }
   Diagnosis diagnosis = known->diagnosis;
-  if (estimate.method == Method::kRefined) diagnosis.is_force_shifted = false;  // it has a test of its own
+  // What a clipped force shows beside its clipping names a wrong cause.
+  if (!failure && !diagnosis.is_force_clipped)
+    diagnosis.model_tests = model_tests_of(trials, options, estimate.method, *known);
+  if (diagnosis.model_tests != nullptr || estimate.method == Method::kRefined)
+    diagnosis.is_force_shifted = false;  // it has a test of its own
+  if (diagnosis.model_tests != nullptr) {
+    diagnosis.is_by_mean_motion = known->by_motion && diagnosis.model_tests == &*known->by_motion;
+    carry_doubts(*diagnosis.model_tests, estimate);
+  }
   if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);
   conclude(estimate, failure, diagnosis);
   return estimate;

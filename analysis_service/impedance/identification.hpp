@@ -58,6 +58,7 @@ enum class Reason : std::uint8_t {
   kUnsettledModel,     ///< Undetermined: the coefficients of a model beyond (3) do not settle.
   kAsymmetricMass,     ///< Suspect: the mass matrix is not symmetric: the force is not that of these axes.
   kAtBound,            ///< Suspect: a parameter stands at the end of what is searched.
+  kSlack,              ///< A part of the force follows the direction of the displacement.
   kMethodsDiffer,      ///< Methods refined and state_variable differ by more than their joint intervals.
 };
 

@@ -27,26 +27,25 @@ Parameters fit_of(const std::vector<Trial>& trials, const Options& options, doub
   return parameters_from(solve(factor), kAxes);
 }
 
-/// By the method's own numbers less the bias.
+/// By the method's own numbers plus a change.
 EllipseIntervals shifted_intervals(const Estimate& estimate, AxisMatrix Parameters::*matrix,
-                                   const AxisMatrix& bias) {
+                                   const AxisMatrix& change) {
   const MatrixUncertainty& uncertainty = uncertainty_of(estimate, matrix);
   const Eigen::Matrix4d covariance = uncertainty.covariance;
   return ellipse_intervals(
-      Eigen::Matrix2d(estimate.value.*matrix - bias), covariance, [&](const Eigen::Vector4d& weights) {
+      Eigen::Matrix2d(estimate.value.*matrix + change), covariance, [&](const Eigen::Vector4d& weights) {
         return CombinationSpread{std::sqrt(weights.dot(covariance * weights)), uncertainty.freedom};
       });
 }
 
-void carry(AxisMatrix Parameters::*matrix, const AxisMatrix& bias, MatrixUncertainty& uncertainty,
-           Estimate& estimate) {
+void widen_one(AxisMatrix Parameters::*matrix, const AxisMatrix& change, MatrixUncertainty& uncertainty,
+               Estimate& estimate) {
   AxisMatrix& low = estimate.low.*matrix;
   AxisMatrix& high = estimate.high.*matrix;
-  low = low.cwiseMin(low - bias).eval();
-  high = high.cwiseMax(high - bias).eval();
+  low = low.cwiseMin(low + change).eval();
+  high = high.cwiseMax(high + change).eval();
   if (uncertainty.ellipse)
-    uncertainty.ellipse = hull(*uncertainty.ellipse, shifted_intervals(estimate, matrix, bias));
-  uncertainty.known_bias = bias;
+    uncertainty.ellipse = hull(*uncertainty.ellipse, shifted_intervals(estimate, matrix, change));
 }
 
 }  // namespace
@@ -143,10 +142,17 @@ Parameters without_bias(Parameters value, const Parameters& bias) {
   return value;
 }
 
+void widen(const Parameters& change, Estimate& estimate) {
+  widen_one(&Parameters::M, change.M, estimate.uncertainty.M, estimate);
+  widen_one(&Parameters::B, change.B, estimate.uncertainty.B, estimate);
+  widen_one(&Parameters::K, change.K, estimate.uncertainty.K, estimate);
+}
+
 void carry_bias(const Parameters& bias, Estimate& estimate) {
-  carry(&Parameters::M, bias.M, estimate.uncertainty.M, estimate);
-  carry(&Parameters::B, bias.B, estimate.uncertainty.B, estimate);
-  carry(&Parameters::K, bias.K, estimate.uncertainty.K, estimate);
+  widen({-bias.M, -bias.B, -bias.K, {}}, estimate);
+  estimate.uncertainty.M.known_bias = bias.M;
+  estimate.uncertainty.B.known_bias = bias.B;
+  estimate.uncertainty.K.known_bias = bias.K;
 }
 
 }  // namespace tonus::impedance

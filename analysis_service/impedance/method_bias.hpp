@@ -65,6 +65,9 @@ inline constexpr std::size_t kBiasTrials = 16;
 /// M, B, K less the bias; X0 as it is.
 [[nodiscard]] Parameters without_bias(Parameters value, const Parameters& bias);
 
+/// Widens each interval of M, B, K to hold itself and itself plus `change`; ellipses alike. The value stays.
+void widen(const Parameters& change, Estimate& estimate);
+
 /// Widens each interval to hold itself and itself less the bias, and states the bias: the value stays what
 /// the method gives. Ellipses alike.
 void carry_bias(const Parameters& bias, Estimate& estimate);

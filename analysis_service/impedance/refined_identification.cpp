@@ -5,6 +5,9 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "analysis_service/impedance/condition_response.hpp"
+#include "analysis_service/impedance/cross_check.hpp"
+#include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/student_t.hpp"
 #include "analysis_service/impedance/uncertainty.hpp"
@@ -14,11 +17,7 @@
 namespace tonus::impedance {
 namespace {
 
-constexpr double kSignificance = 0.01 / 5.0;  // Five tests: 1 % over all of them.
-constexpr double kLargestEffect = 1.0;        // Of a term, in 95 % half-widths of what it changes.
-constexpr double kLargestMisfit = 0.05;       // Of the mean response's force.
-constexpr double kLargestLag = 0.001;         // s
-constexpr double kLargestWidth = 0.5;         // 95 % half-width, of the matrix's largest element.
+constexpr double kLargestWidth = 0.5;  // 95 % half-width, of the matrix's largest element.
 
 refined::Trial input_of(const Trial& trial) {
   return {trial.displacement,       trial.force,      trial.commanded, trial.onset,
@@ -78,66 +77,6 @@ void set_numbers(const refined::Estimate& found, Estimate& estimate) {
   set_uncertainty_of_theta(estimate.covariance, spread_of, estimate);
 }
 
-struct Finding {
-  FitTest test = FitTest::kBands;
-  Reason reason = Reason::kMisfit;
-  const char* what = "";
-};
-
-Finding finding_of(refined::Alternative alternative) {
-  switch (alternative) {
-    case refined::Alternative::kReflex:
-      return {FitTest::kReflex, Reason::kReflex, "a force that follows the velocity of 40 ms ago"};
-    case refined::Alternative::kHardening:
-      return {FitTest::kHardening, Reason::kHardening, "a force that follows the cube of the displacement"};
-    case refined::Alternative::kFriction:
-      break;
-  }
-  return {FitTest::kFriction, Reason::kFriction, "a force that follows the direction of the velocity"};
-}
-
-void add_check(FitTest test, double value, double limit, bool is_passed, Reason reason, std::string detail,
-               Estimate& estimate) {
-  estimate.checks.push_back({test, value, limit, is_passed});
-  if (is_passed) return;
-  estimate.reasons.push_back(reason);
-  estimate.details[reason] = std::move(detail);
-}
-
-void check_model(const refined::Estimate& found, Estimate& estimate) {
-  const bool is_misfit = found.misfit.p < kSignificance && found.misfit.share > kLargestMisfit;
-  add_check(FitTest::kBands, found.misfit.share, kLargestMisfit, !is_misfit, Reason::kMisfit,
-            fmt::format("the model leaves {:.3g} % of the force's mean response, at most {:.3g} %",
-                        100.0 * found.misfit.share, 100.0 * kLargestMisfit),
-            estimate);
-  for (const refined::AlternativeTest& test : found.alternatives) {
-    const Finding finding = finding_of(test.alternative);
-    const bool is_found = test.p < kSignificance && test.effect > kLargestEffect;
-    // Without significance the effect is that of noise; the check states it at its limit then.
-    const double value = is_found ? test.effect : std::min(test.effect, kLargestEffect);
-    add_check(
-        finding.test, value, kLargestEffect, !is_found, finding.reason,
-        fmt::format("{} is significant and changes an element by {:.2f} of its 95 % half-width, at most "
-                    "{:.2f}",
-                    finding.what, test.effect, kLargestEffect),
-        estimate);
-  }
-}
-
-/// The force is late where the lag is significant and either large or changes M, B, K beyond their intervals.
-void check_lag(const refined::LagTest& test, Estimate& estimate) {
-  estimate.force_lag = test.lag;
-  Eigen::Index axis = 0;
-  const double lag = test.lag.cwiseAbs().maxCoeff(&axis);
-  const bool is_late = test.p < kSignificance && (lag > kLargestLag || test.effect > kLargestEffect);
-  const double half = 1.96 * test.std[axis];
-  add_check(FitTest::kLag, lag, is_late ? std::min(kLargestLag, half) : std::max(kLargestLag, lag), !is_late,
-            Reason::kForceShifted,
-            fmt::format("the force is {:.2f} ms {} than the displacement, give or take {:.2f} ms", 1e3 * lag,
-                        test.lag[axis] > 0.0 ? "later" : "earlier", 1e3 * half),
-            estimate);
-}
-
 /// Force that follows no motion gives intervals as wide as the matrix.
 void check_width(Estimate& estimate) {
   double widest = 0.0;
@@ -155,14 +94,13 @@ void check_width(Estimate& estimate) {
 /// What the trials scatter about the model is in the intervals: explained is asked of their mean response.
 void check_data(const refined::Estimate& found, Estimate& estimate) {
   const double explained = estimate.explained.minCoeff();
-  const bool is_explained = explained >= kLeastExplained || found.misfit.p >= kSignificance;
+  const bool is_explained = explained >= kLeastExplained || found.misfit.p >= kModelSignificance;
   add_check(FitTest::kExplainedShare, explained,
             is_explained ? std::min(kLeastExplained, explained) : kLeastExplained, is_explained,
             Reason::kUnexplained,
             fmt::format("the model explains {:.3g} % of the force's mean response, at least {:.3g} %",
                         100.0 * explained, 100.0 * kLeastExplained),
             estimate);
-  check_lag(found.lag, estimate);
   check_width(estimate);
   add_check(FitTest::kUnits, static_cast<double>(estimate.units), kFewestUnits,
             estimate.units >= kFewestUnits, Reason::kFewUnits,
@@ -179,6 +117,38 @@ refined::Estimate find_refined(std::span<const Trial* const> trials, const Optio
   return refined::identify(inputs, settings);
 }
 
+std::optional<refined::Estimate> tests_by_mean_motion(std::span<const Trial* const> trials,
+                                                      const Options& options) {
+  const bool is_testable =
+      options.model == Model::kLinear && trials.size() >= kFewestCrossChecked &&
+      std::ranges::none_of(trials, [](const Trial* trial) { return trial->is_continuous; });
+  if (!is_testable) return std::nullopt;
+  const Eigen::MatrixXd means = means_over_window(
+      trials, options.window, [](const Trial& trial) -> const Signals& { return trial.displacement; });
+  Eigen::Index rest = trials.front()->onset;
+  Eigen::Index moving = trials.front()->samples() - rest;
+  for (const Trial* trial : trials) {
+    rest = std::min(rest, trial->onset);
+    moving = std::min(moving, trial->samples() - trial->onset);
+  }
+  Eigen::VectorXd shape = Eigen::VectorXd::Zero(rest + moving);
+  for (std::size_t g = 0; g < trials.size(); ++g)
+    shape += trials[g]->displacement.middleRows(trials[g]->onset - rest, shape.size()) *
+             means.row(static_cast<Eigen::Index>(g)).transpose();
+  shape /= std::max(means.squaredNorm(), 1e-300);
+  std::vector<refined::Trial> inputs;
+  for (std::size_t g = 0; g < trials.size(); ++g) {
+    inputs.push_back(input_of(*trials[g]));
+    inputs.back().commanded = Signals::Zero(trials[g]->samples(), trials[g]->axes());
+    inputs.back().commanded.middleRows(trials[g]->onset - rest, shape.size()) =
+        shape * means.row(static_cast<Eigen::Index>(g));
+  }
+  refined::Estimate found =
+      refined::identify(inputs, {trials.front()->sample_period, options.window, trials.front()->handle_mass});
+  if (found.shortage != refined::Shortage::kNone) return std::nullopt;
+  return found;
+}
+
 std::optional<Reason> identify_refined(const refined::Estimate& found, std::size_t trials,
                                        const Options& options, Estimate& estimate) {
   estimate.units = trials;
@@ -190,7 +160,7 @@ std::optional<Reason> identify_refined(const refined::Estimate& found, std::size
   estimate.explained = found.misfit.explained;
   set_numbers(found, estimate);
   check_data(found, estimate);
-  check_model(found, estimate);
+  check_against_model(found, estimate);
   return std::nullopt;
 }
 

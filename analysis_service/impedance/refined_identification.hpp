@@ -23,4 +23,10 @@ namespace tonus::impedance {
 /// What method refined finds in trials that are in order and last for the window.
 [[nodiscard]] refined::Estimate find_refined(std::span<const Trial* const> trials, const Options& options);
 
+/// The same with what the trials' motion has in common for the command, where none is known. For its tests
+/// alone: the mean motion holds a part of the trials' own force, which M, B, K then miss. None: the trials
+/// are too few, continuous records, of another model, or without numbers.
+[[nodiscard]] std::optional<refined::Estimate> tests_by_mean_motion(std::span<const Trial* const> trials,
+                                                                    const Options& options);
+
 }  // namespace tonus::impedance

@@ -2,11 +2,14 @@
 
 #include <algorithm>
 #include <cmath>
+#include <optional>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/impedance/diagnostics.hpp"
 #include "analysis_service/impedance/fit_signals.hpp"
+#include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
+#include "analysis_service/impedance/refined_identification.hpp"
 #include "analysis_service/impedance/sized.hpp"
 #include "analysis_service/impedance/state_variable_filter.hpp"
 #include "analysis_service/impedance/tuning.hpp"
@@ -131,6 +134,12 @@ class StreamingIdentifier::Core {
     const double tuned = tuned_natural_frequency(ordered, options_.window, options_.block);
     if (!options_.natural_frequency && tuned > 0.0) natural_frequency_ = tuned;
     diagnosis_ = diagnose(ordered, options_, tuned);
+    model_tests_ = tests_by_mean_motion(ordered, options_);
+    if (model_tests_ && !diagnosis_.is_force_clipped) {
+      diagnosis_.model_tests = &*model_tests_;
+      diagnosis_.is_force_shifted = false;  // as identify() does it
+      diagnosis_.is_by_mean_motion = true;
+    }
     refit();
   }
 
@@ -146,6 +155,7 @@ class StreamingIdentifier::Core {
   std::size_t onset_ = 0;
   std::vector<Trial> trials_;
   Diagnosis diagnosis_;
+  std::optional<refined::Estimate> model_tests_;  ///< What diagnosis_ points at.
   std::size_t dropped_ = 0;
 };
 
@@ -221,6 +231,7 @@ class StreamingIdentifier::SizedCore final : public Core {
     }
     std::optional<Reason> failure = fit_pooled(units, options_.rank_margin, estimate);
     if (diagnosis_.is_single_direction) failure = Reason::kSingleDirection;
+    if (!failure && diagnosis_.model_tests != nullptr) carry_doubts(*diagnosis_.model_tests, estimate);
     conclude(estimate, failure, diagnosis_);
     return estimate;
   }

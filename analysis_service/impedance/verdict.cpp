@@ -6,6 +6,7 @@
 
 #include "analysis_service/impedance/ellipse.hpp"
 #include "analysis_service/impedance/force_lag.hpp"
+#include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/spectral/statistics.hpp"
 
 namespace tonus::impedance {
@@ -52,23 +53,26 @@ void check_symmetry(Estimate& estimate) {
 void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
   const auto add = [&](FitTest test, double value, double limit, bool is_passed, Reason reason,
                        std::string detail) {
-    estimate.checks.push_back({test, value, limit, is_passed});
-    if (is_passed) return;
-    estimate.reasons.push_back(reason);
-    estimate.details[reason] = std::move(detail);
+    add_check(test, value, limit, is_passed, reason, std::move(detail), estimate);
   };
   const double explained = estimate.explained.minCoeff();
   add(FitTest::kExplainedShare, explained, kLeastExplained, explained >= kLeastExplained,
       Reason::kUnexplained,
       fmt::format("the model explains {:.3g} % of the force, at least {:.3g} %", 100.0 * explained,
                   100.0 * kLeastExplained));
-  if (diagnosis.is_lag_examined) {
+  const bool has_tests = diagnosis.model_tests != nullptr;
+  if (has_tests && diagnosis.is_by_mean_motion) {
+    check_against_mean_motion(*diagnosis.model_tests, estimate);
+  } else if (has_tests) {
+    check_against_model(*diagnosis.model_tests, estimate);
+  } else if (diagnosis.is_lag_examined) {
     const double lag = diagnosis.force_lag.cwiseAbs().maxCoeff();
     const bool is_passed = !diagnosis.is_force_shifted;
     estimate.checks.push_back(
         {FitTest::kLag, lag, is_passed ? std::max(kLagTolerated, lag) : kLagTolerated, is_passed});
   }
-  if (diagnosis.is_lag_examined && estimate.model == Model::kLinear) {
+  const bool has_misfit = has_tests && !diagnosis.is_by_mean_motion;
+  if (!has_misfit && diagnosis.is_lag_examined && estimate.model == Model::kLinear) {
     const bool is_passed = diagnosis.misfit < kMostMisfit || diagnosis.misfit_share < kMostMisfitShare;
     const double share = diagnosis.misfit_share;
     add(FitTest::kBands, share, is_passed ? std::max(share, kMostMisfitShare) : kMostMisfitShare, is_passed,
@@ -82,6 +86,14 @@ void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
 }
 
 }  // namespace
+
+void add_check(FitTest test, double value, double limit, bool is_passed, Reason reason, std::string detail,
+               Estimate& estimate) {
+  estimate.checks.push_back({test, value, limit, is_passed});
+  if (is_passed) return;
+  estimate.reasons.push_back(reason);
+  estimate.details[reason] = std::move(detail);
+}
 
 std::string_view name_of(Status status) {
   switch (status) {
@@ -161,6 +173,8 @@ std::string_view name_of(Reason reason) {
       return "asymmetric_mass";
     case Reason::kAtBound:
       return "at_bound";
+    case Reason::kSlack:
+      return "slack";
     case Reason::kMethodsDiffer:
       return "methods_differ";
   }

@@ -15,6 +15,7 @@ namespace {
 
 constexpr double kReflexDelay = 0.040;  // s
 constexpr double kSlow = 0.05;          // Of the largest speed, at which friction has half its force.
+constexpr double kNear = 0.1;  // Of the largest displacement, at which a slack has taken half of its own.
 
 double chance_beyond(double squares, double freedom) {
   if (!std::isfinite(squares) || !(freedom > 0.0)) return 1.0;
@@ -46,6 +47,10 @@ Eigen::MatrixXd term_of(Alternative alternative, const Eigen::MatrixXd& x, doubl
     }
     case Alternative::kHardening:
       return x.rowwise().squaredNorm().asDiagonal() * x;
+    case Alternative::kSlack: {
+      const Eigen::VectorXd distance = x.rowwise().norm();
+      return (distance.array() + kNear * distance.maxCoeff() + 1e-12).inverse().matrix().asDiagonal() * x;
+    }
     case Alternative::kFriction:
       break;
   }
@@ -61,10 +66,24 @@ struct Extended {
   Eigen::MatrixXd V;         // their covariance by the residual process
   double p = 1.0;            // of b = 0
   double effect = 0.0;       // largest change of theta, in 95 % half-widths
+  double share = 0.0;        // the same, of the largest element of its matrix
 };
 
+/// 95 % half-widths of vec(theta); 0 for the offsets, which are not asked for.
+Eigen::VectorXd half_widths(const WeightedFit& fit, const TrialCovariance& covariance) {
+  const Eigen::Index size = fit.theta.size();
+  const Eigen::Index q = fit.theta.rows();
+  Eigen::VectorXd halves = Eigen::VectorXd::Zero(size);
+  for (Eigen::Index i = 0; i < size; ++i) {
+    if (i % q == q - 1) continue;
+    const Spread spread = covariance.spread_of(Eigen::VectorXd::Unit(size, i));
+    halves[i] = spectral::student_t_quantile(0.975, spread.freedom) * spread.std;
+  }
+  return halves;
+}
+
 /// `columns`: whitened, of each trial.
-Extended extend(const WeightedFit& fit, const TrialCovariance& covariance,
+Extended extend(const WeightedFit& fit, const TrialCovariance& covariance, const Eigen::VectorXd& halves,
                 const std::vector<Eigen::MatrixXd>& columns) {
   const Eigen::Index size = fit.ZX.rows();
   const Eigen::Index extra = columns.front().cols();
@@ -90,26 +109,37 @@ Extended extend(const WeightedFit& fit, const TrialCovariance& covariance,
   extended.b = extended.solution.tail(extra);
   extended.V = V.bottomRightCorner(extra, extra);
   extended.p = chance_beyond(extended.b.dot(extended.V.ldlt().solve(extended.b)), static_cast<double>(extra));
-  const Eigen::Index q = fit.theta.rows();
+  const Eigen::Index axes = fit.theta.cols();
   for (Eigen::Index i = 0; i < size; ++i) {
-    if (i % q == q - 1) continue;  // the offset
-    const Spread spread = covariance.spread_of(Eigen::VectorXd::Unit(size, i));
-    const double half = spectral::student_t_quantile(0.975, spread.freedom) * spread.std;
-    extended.effect =
-        std::max(extended.effect, std::abs(extended.solution[i] - fit.theta.reshaped()[i]) / half);
+    const Eigen::Index row = i % fit.theta.rows();
+    if (row == fit.theta.rows() - 1) continue;  // the offset
+    const double change = std::abs(extended.solution[i] - fit.theta.reshaped()[i]);
+    const double largest = fit.theta.middleRows(row / axes * axes, axes).cwiseAbs().maxCoeff();
+    if (halves[i] > 0.0) extended.effect = std::max(extended.effect, change / halves[i]);
+    if (largest > 0.0) extended.share = std::max(extended.share, change / largest);
   }
   return extended;
 }
 
 AlternativeTest test_one(Alternative alternative, const WeightedFit& fit, const TrialCovariance& covariance,
-                         const std::vector<Eigen::MatrixXd>& terms, const WeakForm& weak) {
+                         const Eigen::VectorXd& halves, const std::vector<Eigen::MatrixXd>& terms,
+                         const WeakForm& weak) {
   double largest = 0.0;
   for (const auto& term : terms) largest = std::max(largest, term.cwiseAbs().maxCoeff());
-  if (!(largest > 0.0)) return {alternative, 1.0, 0.0};
+  if (!(largest > 0.0)) return {alternative, 1.0, 0.0, 0.0, {}};
   std::vector<Eigen::MatrixXd> columns;
   for (const auto& term : terms) columns.push_back(fit.whitener.design(weak.apply(0, term / largest)));
-  const Extended extended = extend(fit, covariance, columns);
-  return {alternative, extended.p, extended.effect};
+  const Extended extended = extend(fit, covariance, halves, columns);
+  const Eigen::Index size = fit.theta.size();
+  const Eigen::Index axes = fit.theta.cols();
+  AlternativeTest test{alternative, extended.p, extended.effect, extended.share,
+                       extended.solution.head(size).reshaped(fit.theta.rows(), axes) - fit.theta};
+  if (alternative == Alternative::kReflex) {  // b x'(t - d) = b x' - d b x" + ...
+    const Eigen::MatrixXd b = extended.b.reshaped(axes, axes) / largest;
+    test.change.topRows(axes) -= kReflexDelay * b;
+    test.change.middleRows(axes, axes) += b;
+  }
+  return test;
 }
 
 /// Sums of squares of trials' residuals (rows x trials): of their means along the command, and what is left.
@@ -190,11 +220,12 @@ std::vector<AlternativeTest> test_alternatives(const WeightedFit& fit, const Tri
                                                const std::vector<Eigen::MatrixXd>& predicted,
                                                const WeakForm& weak, double sample_period) {
   std::vector<AlternativeTest> tests;
+  const Eigen::VectorXd halves = half_widths(fit, covariance);
   for (const Alternative alternative :
-       {Alternative::kReflex, Alternative::kHardening, Alternative::kFriction}) {
+       {Alternative::kReflex, Alternative::kHardening, Alternative::kFriction, Alternative::kSlack}) {
     std::vector<Eigen::MatrixXd> terms;
     for (const Eigen::MatrixXd& x : predicted) terms.push_back(term_of(alternative, x, sample_period));
-    tests.push_back(test_one(alternative, fit, covariance, terms, weak));
+    tests.push_back(test_one(alternative, fit, covariance, halves, terms, weak));
   }
   return tests;
 }
@@ -212,8 +243,9 @@ LagTest test_lag(const WeightedFit& fit, const TrialCovariance& covariance,
     for (Eigen::Index i = 0; i < axes; ++i) own.col(i) = designed.col(i * axes + i);
     columns.push_back(std::move(own));
   }
-  const Extended extended = extend(fit, covariance, columns);
-  return {extended.p, extended.b, extended.V.diagonal().cwiseMax(0.0).cwiseSqrt(), extended.effect};
+  const Extended extended = extend(fit, covariance, half_widths(fit, covariance), columns);
+  return {extended.p, extended.b, extended.V.diagonal().cwiseMax(0.0).cwiseSqrt(), extended.effect,
+          extended.share};
 }
 
 MisfitTest test_misfit(const WeightedFit& fit, const std::vector<TrialRows>& trials,

@@ -15,6 +15,7 @@ enum class Alternative : std::uint8_t {
   kReflex,     ///< The velocity of 40 ms ago.
   kHardening,  ///< x |x|^2.
   kFriction,   ///< The direction of the velocity.
+  kSlack,      ///< The direction of the displacement: what a slack takes from the spring's force.
 };
 
 /// Test of one of them (9).
@@ -22,6 +23,10 @@ struct AlternativeTest {
   Alternative alternative = Alternative::kReflex;
   double p = 1.0;       ///< Of no such term: chi-squared, by the residual process.
   double effect = 0.0;  ///< Largest change of an element of M, B, K by the term, in 95 % half-widths.
+  double share = 0.0;   ///< The same over the largest element of its matrix.
+  /// Of theta by the term, of its M, B, K of slow motion: of a reflex b x'(t - d), b counts as B and -d b as
+  /// M. Empty: the motion has no such term.
+  Eigen::MatrixXd change{};
 };
 
 /// Whether the force is late (10): F(t) = Z x(t - lag), axis by axis.
@@ -30,6 +35,7 @@ struct LagTest {
   Eigen::VectorXd lag;  ///< s, positive where the force is late, axes.
   Eigen::VectorXd std;
   double effect = 0.0;  ///< As of an alternative.
+  double share = 0.0;
 };
 
 /// Adds each alternative, computed from the motion that the command predicts (rows x axes a trial) and so its

@@ -90,20 +90,21 @@ void print(const std::string& heading, const std::vector<certify::MethodWorth>& 
 
 void print_errors_head(const certify::Cell& cell) {
   std::printf(
-      "%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu; elements wrong and ok, %%\n",
+      "%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu: right (of these by the slow "
+      "impedance alone), refused, wrong and ok; elements wrong and ok, %%\n",
       cell.setting.name.c_str(), cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
       cell.conditions, static_cast<unsigned long long>(cell.seed));
-  std::printf("  %-16s%-16s%10s%8s%8s%8s%14s\n", "arm", "method", "flagged", "M", "B", "K", "K to 5 mm");
+  std::printf("  %-16s%-16s%7s%7s%9s%7s%9s%8s%8s%14s\n", "arm", "method", "right", "(slow)", "refused",
+              "wrong", "M", "B", "K", "K to 5 mm");
 }
 
 void print_errors(const std::string& name, const std::vector<certify::MethodWorth>& worths) {
   for (const certify::MethodWorth& worth : worths) {
-    const auto flagged = static_cast<double>(worth.suspect + worth.undetermined);
-    std::printf("  %-16s%-16s%8.1f %%%8.1f%8.1f%8.1f%14.1f\n", &worth == &worths.front() ? name.c_str() : "",
-                std::string(impedance::name_of(worth.method)).c_str(),
-                100.0 * flagged / static_cast<double>(worth.conditions),
-                100.0 * worth.matrices[0].wrong_and_ok, 100.0 * worth.matrices[1].wrong_and_ok,
-                100.0 * worth.matrices[2].wrong_and_ok, 100.0 * worth.wrong_and_ok_secant);
+    std::printf(
+        "  %-16s%-16s%7zu%7zu%9zu%7zu%9.1f%8.1f%8.1f%14.1f\n", &worth == &worths.front() ? name.c_str() : "",
+        std::string(impedance::name_of(worth.method)).c_str(), worth.right, worth.right_slow, worth.refused,
+        worth.wrong, 100.0 * worth.matrices[0].wrong_and_ok, 100.0 * worth.matrices[1].wrong_and_ok,
+        100.0 * worth.matrices[2].wrong_and_ok, 100.0 * worth.wrong_and_ok_secant);
   }
   std::fflush(stdout);
 }
@@ -123,6 +124,10 @@ nlohmann::json as_json(const std::vector<certify::MethodWorth>& worths) {
     nlohmann::json one = {{"method", impedance::name_of(worth.method)},
                           {"suspect", worth.suspect},
                           {"undetermined", worth.undetermined},
+                          {"right", worth.right},
+                          {"right_by_slow_impedance", worth.right_slow},
+                          {"refused", worth.refused},
+                          {"wrong_and_ok", worth.wrong},
                           {"wrong_and_ok_secant", worth.wrong_and_ok_secant}};
     for (std::size_t i = 0; i < 4; ++i) {
       const certify::MatrixWorth& m = worth.matrices[i];

@@ -163,6 +163,13 @@ constexpr Explanation kEstimateReasons[] = {
      "and "
      "stiffness.",
      "Use another model, or a band in which model linear passes; look at the reasons of --model auto."},
+    {"slack",
+     "Suspect: a part of the force follows the direction of the displacement, whatever its size, as behind a "
+     "slack "
+     "or a preload: the stiffness is that of neither a small motion nor a large one.",
+     "The hand is loose in the handle, or the handle on the rig; a spring that is preloaded; a sensor with a "
+     "dead band.",
+     "Strap the hand to the handle and tighten the handle; measure with two amplitudes and compare K."},
     {"methods_differ",
      "Suspect: methods refined and state_variable, the latter less its known bias, differ in an element by "
      "more than their joint 95 % intervals. They see the same noise and make different use of the motion: on "

@@ -58,6 +58,37 @@ TEST(Certify, RefinedFlagsSlackOfOneMillimetreAndHardeningOfAThird) {
   }
 }
 
+/// Conditions by every method, of each arm in a setting.
+std::size_t wrong_and_ok(std::size_t setting, const NamedError& arm, std::size_t conditions) {
+  Cell cell;
+  cell.setting = settings()[setting];
+  cell.setting.error = arm.error;
+  cell.conditions = conditions;
+  cell.seed = 31;
+  std::size_t wrong = 0;
+  for (const MethodWorth& worth : certify(cell)) {
+    EXPECT_EQ(worth.right + worth.refused + worth.wrong, conditions);
+    wrong += worth.wrong;
+  }
+  return wrong;
+}
+
+TEST(Certify, NoMethodIsWrongAndOkOnAnArmThatIsNotLinear) {
+  constexpr std::size_t kConditions = 5;
+  for (const std::size_t setting : {0U, 2U}) {
+    std::size_t wrong = 0;
+    for (const NamedError& arm : model_errors()) wrong += wrong_and_ok(setting, arm, kConditions);
+    EXPECT_LE(wrong, model_errors().size() * kConditions * 4 / 50) << settings()[setting].name;
+  }
+}
+
+TEST(Certify, NoMethodRefusesManyLinearArms) {
+  for (std::size_t setting = 0; setting < settings().size(); ++setting) {
+    for (const MethodWorth& worth : slice(setting, 20))
+      EXPECT_LE(worth.refused, 2U) << settings()[setting].name << impedance::name_of(worth.method);
+  }
+}
+
 TEST(Certify, SameSeedGivesTheSameNumbers) {
   Cell cell;
   cell.setting = settings()[0];

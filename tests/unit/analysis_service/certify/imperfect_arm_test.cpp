@@ -1,6 +1,7 @@
 #include "analysis_service/certify/imperfect_arm.hpp"
 
 #include <Eigen/Dense>
+#include <cmath>
 #include <gtest/gtest.h>
 
 namespace tonus::certify {
@@ -43,6 +44,36 @@ TEST(ImperfectArm, HardeningIsWhatItsShareSaysAtFiveMillimetres) {
   const Eigen::Vector2d x = last(motion.x);
   const Eigen::Vector2d expected = (1.0 + 0.3 * x.squaredNorm() / 25e-6) * truth.arm.K * x;
   EXPECT_LT((last(motion.force) - expected).norm(), 1e-3 * expected.norm());
+}
+
+TEST(ImperfectArm, FrictionOpposesTheMotionAndIsGoneAtRest) {
+  // The rig drives both arms alike but for the friction: in the ramp's middle it asks for so much more force.
+  std::mt19937_64 random(3);
+  const Truth truth = draw_truth(1, random);
+  Design design;
+  design.rise = 0.8;
+  const auto row = static_cast<Eigen::Index>(std::llround(0.9 / design.sample_period));
+  const Eigen::Vector2d target = target_of(design, 0);
+  const Motion rubbing = simulate_imperfect(truth, design, {}, {.friction = 0.3}, target, random);
+  const Eigen::Vector2d v = rubbing.velocity.row(row).transpose();
+  const Eigen::Vector2d x = rubbing.x.row(row).transpose();
+  const Eigen::Vector2d a = (rubbing.velocity.row(row + 1) - rubbing.velocity.row(row - 1)).transpose() /
+                            (2.0 * design.sample_period);
+  const Eigen::Vector2d beyond =
+      rubbing.force.row(row).transpose() - truth.arm.M * a - truth.arm.B * v - truth.arm.K * x;
+  EXPECT_NEAR(beyond.norm(), 0.3 * v.norm() / (v.norm() + 5e-4), 0.005);  // half of it at 0.5 mm/s
+  EXPECT_GT(beyond.dot(v), 0.0);
+}
+
+TEST(ImperfectArm, SlowImpedanceIsTheForceOfASlowMotionWithReflex) {
+  std::mt19937_64 random(3);
+  const Truth truth = draw_truth(1, random);
+  const ModelError error{.reflex = 0.4};
+  const auto slow = slow_impedance(truth, error);
+  // x = e^(st) with s = 1/s: the force of the delayed spring by its closed form.
+  const Eigen::Matrix2d exact =
+      truth.arm.M + truth.arm.B + truth.arm.K * (1.0 + 0.4 * std::exp(-error.reflex_delay));
+  EXPECT_LT((slow.M + slow.B + slow.K - exact).norm(), 1e-4 * truth.arm.K.norm());
 }
 
 TEST(ImperfectArm, HandleMovesFreelyWithinTheSlack) {

@@ -77,13 +77,18 @@ TEST(Intervals, TreatTheTrialAsTheUnitUnderDriftAndTremor) {
   EXPECT_LT(found.naive_over_stated.tail(4).maxCoeff(), 1.0 / 3.0);
 }
 
-TEST(Intervals, AreSymmetricAboutTheEstimateByStudentsFactor) {
+TEST(Intervals, HoldTheOneBySymmetricStudentsFactorAndMoreWhereATermIsInDoubt) {
   const Estimate e =
       identify(simulate(typical_subject(), SimulatedRig{}, directions(), 1), Options{}).value();
   // scipy.stats.t.ppf(0.975, 15) = 2.131449545559323
-  const Eigen::VectorXd half = (flatten(e.high) - flatten(e.low)) / 2.0;
-  EXPECT_LT((half - 2.131449545559323 * flatten(e.std)).cwiseAbs().maxCoeff(), 1e-9 * half.maxCoeff());
-  EXPECT_LT((flatten(e.high) + flatten(e.low) - 2.0 * flatten(e.value)).cwiseAbs().maxCoeff(), 1e-9);
+  const Eigen::VectorXd half = 2.131449545559323 * flatten(e.std);
+  const Eigen::VectorXd above = flatten(e.high) - flatten(e.value) - half;
+  const Eigen::VectorXd below = flatten(e.value) - flatten(e.low) - half;
+  EXPECT_GT(above.minCoeff(), -1e-9 * half.maxCoeff());
+  EXPECT_GT(below.minCoeff(), -1e-9 * half.maxCoeff());
+  // A change widens to one side; nothing widens the interval of X0.
+  EXPECT_LT(above.tail(2).cwiseAbs().maxCoeff(), 1e-9);
+  EXPECT_LT(below.tail(2).cwiseAbs().maxCoeff(), 1e-9);
 }
 
 TEST(Intervals, AgreeWithTheCovariance) {
