@@ -94,16 +94,34 @@ void Agent::start(const v1::RigDescription& description) {
   for (const auto& [id, outcome] : log_.outcomes()) publish_outcome(outcome);
   if (!log_.broken()) return;
 
-  const BrokenTrial broken = *log_.broken();
+  report_broken(*log_.broken());
+}
+
+// Of a trial without a sample that was kept nothing can be said but that it was not run.
+void Agent::report_broken(const BrokenTrial& broken) {
+  const auto last = spool_.last_sequence(broken.epoch);
+  if (!last || *last < broken.first_sequence)
+    return refuse(broken.command, "the rig agent ended before the trial's first sample was kept");
   v1::TrialOutcome outcome = outcome_of(broken.command, broken.epoch, v1::TRIAL_BROKEN_OFF);
   outcome.detail("the rig agent ended in the middle of the trial");
   outcome.first_sequence(broken.first_sequence);
   outcome.onset_sequence(broken.first_sequence);
-  outcome.last_sequence(
-      std::max(broken.first_sequence, spool_.last_sequence(broken.epoch, broken.first_sequence)));
+  outcome.last_sequence(*last);
   spdlog::warn("trial {} was broken off by the end of the last run", broken.command.program().attempt());
-  note_logged(log_.ended(outcome));
-  publish_outcome(outcome);
+  end_trial(outcome);
+}
+
+// An outcome that is not on disk would be another one after the agent's death.
+void Agent::end_trial(const v1::TrialOutcome& outcome) {
+  const auto logged = log_.ended(outcome);
+  note_logged(logged);
+  if (!logged) {
+    unlogged_.insert(outcome.trial_id());
+    spdlog::error("the outcome of trial {} is held back until the trial log can be written",
+                  outcome.program().attempt());
+  } else {
+    publish_outcome(outcome);
+  }
 }
 
 Clock::TimePoint Agent::step() {
@@ -156,6 +174,9 @@ void Agent::repair_log_if_due() {
   if (auto written = log_.rewrite(); !written) return note_logged(written);
   spdlog::info("the trial log is whole again");
   log_error_.clear();
+  for (const Id& trial : std::exchange(unlogged_, {})) {
+    if (const auto* outcome = log_.find(trial)) publish_outcome(*outcome);
+  }
 }
 
 std::string Agent::activity() const {
@@ -167,7 +188,7 @@ void Agent::take_trial_commands() {
     const auto& command = received.value;
     if (command.program().rig_id() != options_.names.id) continue;
     if (const auto* outcome = log_.find(command.trial_id())) {
-      publish_outcome(*outcome);
+      if (!unlogged_.contains(command.trial_id())) publish_outcome(*outcome);
     } else if (!running_) {
       begin(command);
     } else if (running_->command.trial_id() != command.trial_id()) {
@@ -295,9 +316,8 @@ void Agent::collect_results() {
     outcome.last_sequence(result.last_sequence);
     outcome.is_onset_marked(result.is_onset_marked);
     outcome.mark_sequence(result.mark_sequence);
-    note_logged(log_.ended(outcome));
     running_.reset();
-    publish_outcome(outcome);
+    end_trial(outcome);
   }
 }
 

@@ -3,6 +3,7 @@
 #include <deque>
 #include <memory>
 #include <optional>
+#include <set>
 #include <vector>
 
 #include "rig_agent/agent/hold_latch.hpp"
@@ -118,6 +119,8 @@ class Agent {
   /// Keeps the reason of a write that failed: no trial is begun until the log could be written anew.
   void note_logged(const Result<void>& logged);
   void repair_log_if_due();
+  void report_broken(const BrokenTrial& broken);
+  void end_trial(const v1::TrialOutcome& outcome);
 
   // agent.cpp: trials, samples, and what is published
   void take_trial_commands();
@@ -188,6 +191,7 @@ class Agent {
   std::uint64_t last_request_ = 0;
   std::uint64_t received_through_ = 0;
   std::uint64_t receipts_refused_ = 0;
+  std::set<Id> unlogged_;  // ended trials whose outcome the log does not have yet: nobody is told
   std::string log_error_;  // empty: the log holds everything that it was given
   Clock::TimePoint log_repair_due_;
   std::optional<v1::RigState> published_state_;

@@ -115,9 +115,8 @@ Result<void> Spool::append(std::uint64_t epoch, std::uint64_t first_sequence, st
 }
 
 bool Spool::received(std::uint64_t epoch, std::uint64_t first, std::uint64_t through) {
-  constexpr std::uint64_t kNothing = std::numeric_limits<std::uint64_t>::max();
-  const std::uint64_t last = last_sequence(epoch, kNothing);
-  if (last == kNothing || through > last + 1) return false;
+  const auto last = last_sequence(epoch);
+  if (!last || through > *last + 1) return false;
   const auto found = received_through_.find(epoch);
   const std::uint64_t known = found == received_through_.end() ? first_sequence(epoch) : found->second;
   if (first > known) return false;
@@ -165,12 +164,12 @@ std::vector<SpooledRange> Spool::left_behind(std::uint64_t current) const {
   return ranges;
 }
 
-std::uint64_t Spool::last_sequence(std::uint64_t epoch, std::uint64_t otherwise) const {
+std::optional<std::uint64_t> Spool::last_sequence(std::uint64_t epoch) const {
   for (auto segment = segments_.rbegin(); segment != segments_.rend(); ++segment) {
     if (segment->epoch != epoch || segment->blocks.empty()) continue;
     return last_of(segment->blocks.back().first_sequence, segment->blocks.back().count);
   }
-  return otherwise;
+  return std::nullopt;
 }
 
 Result<void> Spool::sync() {

@@ -5,6 +5,7 @@
 #include <filesystem>
 #include <functional>
 #include <map>
+#include <optional>
 #include <span>
 #include <string>
 #include <vector>
@@ -66,8 +67,8 @@ class Spool {
   /// Runs of samples without a receipt, epochs other than `current` only: what an earlier run left behind.
   [[nodiscard]] std::vector<SpooledRange> left_behind(std::uint64_t current) const;
 
-  /// Highest sequence kept of an epoch, or `otherwise`.
-  [[nodiscard]] std::uint64_t last_sequence(std::uint64_t epoch, std::uint64_t otherwise) const;
+  /// Highest sequence kept of an epoch; none: no sample is.
+  [[nodiscard]] std::optional<std::uint64_t> last_sequence(std::uint64_t epoch) const;
 
   [[nodiscard]] Result<void> sync();
   [[nodiscard]] std::uint64_t bytes() const { return bytes_; }

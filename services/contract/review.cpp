@@ -42,6 +42,8 @@ v1::TrialVerdict standing_verdict(const v1::TrialVerdict& verdict, const v1::Tri
 }
 
 std::string review_text(const v1::TrialReview& review) {
+  if (review.reviewed_by() == kTheScheduler)
+    return fmt::format("left out by {}: {}", kTheScheduler, review.reason());
   return fmt::format("{}{}: {}", v1::reason_name(v1::REASON_REJECTED_BY_HAND),
                      review.reviewed_by().empty() ? "" : " by " + review.reviewed_by(), review.reason());
 }

@@ -28,7 +28,10 @@ inline constexpr std::size_t kOperatorTextMost = 1000;
 [[nodiscard]] v1::TrialVerdict standing_verdict(const v1::TrialVerdict& verdict,
                                                 const v1::TrialReview* review);
 
-/// "rejected by hand by NAME: TEXT"
+/// Who reviews a trial that identification found valid and the archive could not keep.
+inline constexpr std::string_view kTheScheduler = "the scheduler";
+
+/// "rejected by hand by NAME: TEXT", or "left out by the scheduler: TEXT"
 [[nodiscard]] std::string review_text(const v1::TrialReview& review);
 
 }  // namespace tonus::contract

@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/contract/review.hpp"
+
 namespace tonus::scheduler {
 namespace {
 
@@ -151,6 +153,9 @@ void Ledger::take(const record::Rejected& rejected) {
     left.insert(left.begin() + rejected.place, index);
   }
   if (rejected.owes_receipt) state_.owed_receipts.insert(rejected.attempt);
+  if (rejected.is_reviewed)
+    state_.reviews.push_back({rejected.attempt, index, rejected.place, rejected.reason,
+                              std::string(contract::kTheScheduler), rejected.reviewed_ns});
   ++state_.rejected;
   ++(is_set_aside ? state_.set_aside : state_.rejections[block]);
   settle(rejected.duration, is_set_aside);

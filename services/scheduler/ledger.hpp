@@ -36,7 +36,7 @@ struct LedgerState {
   std::map<std::uint32_t, protocol::BiasAxes> axes;          ///< By posture.
   std::set<std::uint32_t> confirmed_postures;                ///< Where the hand is; one at most.
   std::map<std::uint32_t, std::uint32_t> counted_trials;     ///< planned_index by attempt.
-  std::vector<record::Reviewed> reviews;                     ///< Attempts rejected by hand, in that order.
+  std::vector<record::Reviewed> reviews;  ///< Valid attempts that do not count, in that order.
   std::vector<record::Noted> notes;
 
   std::uint32_t attempts = 0;

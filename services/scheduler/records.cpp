@@ -66,7 +66,7 @@ void fields(A archive, R& r) {
   } else if constexpr (std::is_same_v<T, record::Counted>) {
     archive& r.attempt& r.duration;
   } else if constexpr (std::is_same_v<T, record::Rejected>) {
-    archive& r.attempt& r.place& r.owes_receipt& r.duration& r.reason;
+    archive& r.attempt& r.place& r.owes_receipt& r.duration& r.reason& r.is_reviewed& r.reviewed_ns;
   } else if constexpr (std::is_same_v<T, record::Refused>) {
     archive& r.attempt& r.reason;
   } else if constexpr (std::is_same_v<T, record::Receipted>) {

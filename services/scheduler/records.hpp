@@ -56,6 +56,8 @@ struct Rejected {
   bool owes_receipt = false;  ///< The archive has yet to say that its samples are safe.
   double duration = 0.0;
   std::string reason;
+  bool is_reviewed = false;       ///< Its verdict is valid, and a review says that it does not count.
+  std::uint64_t reviewed_ns = 0;  ///< UTC.
 };
 
 /// Never begun by the rig: the next one again, and no rejection.

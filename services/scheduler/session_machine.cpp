@@ -68,12 +68,14 @@ void SessionMachine::settle_in_flight() {
         may_be_lost_on_the_way(*verdict_) && ledger_.state().runs[program.planned_index()] < 2;
     return reject(verdict_text(*verdict_), !is_recorded || is_new_loss);
   }
-  if (receipt_ && receipt_->missing_samples() > 0) {
+  if (!verdict_ || !receipt_) return;
+  // Identification had samples that the archive never will: the trial would be in the estimate and not in
+  // what is left.
+  if (receipt_->missing_samples() > 0) {
     return reject(fmt::format("archive: {} of {} samples are missing for good", receipt_->missing_samples(),
                               receipt_->expected_samples()),
                   true);
   }
-  if (!verdict_ || !receipt_) return;
   refusals_ = 0;
   decide(record::Counted{program.attempt(), outcome_duration()});
 }
@@ -90,9 +92,12 @@ void SessionMachine::reject(const std::string& reason, bool can_repeat) {
   rejected.owes_receipt = !receipt_;
   rejected.duration = outcome_duration();
   rejected.reason = reason;
+  rejected.is_reviewed = verdict_ && verdict_->is_valid();
+  if (rejected.is_reviewed) rejected.reviewed_ns = clock_.utc_ns();
   refusals_ = 0;
   message_ = fmt::format("trial {} rejected: {}", attempt, reason);
   decide(rejected);
+  if (rejected.is_reviewed) publish(ledger_.state().reviews.back());
 }
 
 void SessionMachine::watch_in_flight() {

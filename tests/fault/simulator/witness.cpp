@@ -164,8 +164,7 @@ void Witness::check_counts(const Id& id, bool has_completed) {
   if (!session) return broken_.push_back("archive: " + session.error().message);
   std::map<std::uint32_t, int> counted;
   for (const auto& trial : session->trials) {
-    if (trial.verdict && trial.verdict->value.is_valid() && trial.outcome &&
-        trial.outcome->value.end() == v1::TRIAL_COMPLETED)
+    if (trial.verdict && store::why_not_counted(trial).empty())
       ++counted[trial.verdict->value.planned_index()];
   }
   counted_ = static_cast<unsigned>(counted.size());

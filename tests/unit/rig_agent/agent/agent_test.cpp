@@ -195,11 +195,55 @@ class FullDisk {
   rlimit before_{};
 };
 
+TEST_F(AgentTest, TellsNobodyOfAnEndThatIsNotInItsLogUntilItIs) {
+  ASSERT_TRUE(commands_->write(command(1)));
+  agent_->step();
+  {
+    FullDisk disk;
+    for (int i = 0; i < 1000 && agent_->activity() != "idle"; ++i) agent_->step();
+    ASSERT_EQ(agent_->activity(), "idle");
+    ASSERT_TRUE(commands_->write(command(1)));  // the scheduler asks again
+    agent_->step();
+    EXPECT_TRUE(runtime::drain(*outcomes_).empty());
+  }
+  const auto deadline = std::chrono::steady_clock::now() + std::chrono::seconds(30);
+  auto outcome = run_to_outcome();
+  while (!outcome && std::chrono::steady_clock::now() < deadline) outcome = run_to_outcome();
+  ASSERT_TRUE(outcome);
+  EXPECT_EQ(outcome->end(), v1::TRIAL_COMPLETED);
+}
+
+TEST_F(AgentTest, ATrialWhoseEndWasNotLoggedIsBrokenOffAfterItsDeathAndWasNeverSaidToBeComplete) {
+  ASSERT_TRUE(commands_->write(command(1)));
+  agent_->step();
+  {
+    FullDisk disk;
+    for (int i = 0; i < 1000 && agent_->activity() != "idle"; ++i) agent_->step();
+    EXPECT_TRUE(runtime::drain(*outcomes_).empty());
+    stop_agent();
+  }
+  start_armed(2000);
+  const auto outcome = run_to_outcome();
+  ASSERT_TRUE(outcome);
+  EXPECT_EQ(outcome->end(), v1::TRIAL_BROKEN_OFF);
+}
+
+TEST_F(AgentTest, ATrialOfWhichNoSampleWasKeptWasNotRun) {
+  start_armed(1000, true);
+  ASSERT_TRUE(commands_->write(command(1)));
+  agent_->step();  // no cycle of the loop
+  start_armed(2000);
+  const auto outcome = run_to_outcome();
+  ASSERT_TRUE(outcome);
+  EXPECT_EQ(outcome->end(), v1::TRIAL_REFUSED);
+  EXPECT_EQ(outcome->detail(), "the rig agent ended before the trial's first sample was kept");
+}
+
 TEST_F(AgentTest, AForgedReceiptFreesNothingAndIsNotRemembered) {
   ASSERT_TRUE(commands_->write(command(1)));
   ASSERT_TRUE(run_to_outcome());
   auto receipts = *bus::TypedWriter<v1::ArchiveReceipt>::create(*bus_, topics::kArchiveReceipt);
-  const std::uint64_t last = spool_->last_sequence(epoch_, 0);
+  const std::uint64_t last = spool_->last_sequence(epoch_).value();
   ASSERT_GT(last, 100U);
   const auto give = [&](std::uint64_t epoch, std::uint64_t first, std::uint64_t through) {
     v1::ArchiveReceipt receipt;

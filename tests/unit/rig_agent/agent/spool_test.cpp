@@ -60,7 +60,7 @@ TEST_F(SpoolTest, IsThereAgainAfterTheProgramsDeath) {
   auto again = Spool::open(options());
   ASSERT_TRUE(again);
   EXPECT_EQ(read(*again, 7, 0, 299).size(), 30U);
-  EXPECT_EQ(again->last_sequence(7, 0), 299U);
+  EXPECT_EQ(again->last_sequence(7), 299U);
 }
 
 TEST_F(SpoolTest, ForgetsOnlyWhatIsReceived) {
@@ -138,7 +138,7 @@ TEST_F(SpoolTest, KeepsAllBlocksButTheDamagedOne) {
   auto again = Spool::open({.folder = folder_.path()});
   ASSERT_TRUE(again);
   EXPECT_EQ(read(*again, 7, 0, 399).size(), 39U);
-  EXPECT_EQ(again->last_sequence(7, 0), 399U);
+  EXPECT_EQ(again->last_sequence(7), 399U);
   const auto left = again->left_behind(8);
   ASSERT_EQ(left.size(), 1U);
   EXPECT_EQ(left[0].last_sequence, 399U);

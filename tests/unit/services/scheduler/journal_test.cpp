@@ -28,7 +28,7 @@ std::vector<Record> one_of_each() {
           record::Bound{id_of("rig/test"), {0.3, 0.35}},
           record::Commanded{program},
           record::Counted{7, 10.5},
-          record::Rejected{7, -1, true, 9.5, "off target"},
+          record::Rejected{7, -1, true, 9.5, "off target", true, 12},
           record::Refused{7, "busy"},
           record::Receipted{7},
           record::AxesFixed{2, {1.0, 0.0}, {0.0, -1.0}, {300.0, 1.0, 2.0, 100.0}},

@@ -74,6 +74,33 @@ INSTANTIATE_TEST_SUITE_P(Session, RejectedTrial,
                                                 "broken off: agent restarted"}),
                          [](const auto& param) { return std::string(param.param.name); });
 
+TEST(Session, ReviewsATrialThatWasValidAndThatTheArchiveCouldNotKeep) {
+  Lab lab(fate_of_attempt(2, {.missing_samples = 3}));
+  lab.command(v1::SESSION_START, "start", small_protocol());
+  lab.connect();
+  ASSERT_TRUE(lab.run_to_end());
+  ASSERT_EQ(lab.reviews.size(), 1U);
+  const v1::TrialReview& review = lab.reviews.front();
+  EXPECT_EQ(review.trial_id(), trial_id(Lab::kSession, 2));
+  EXPECT_TRUE(review.is_rejected());
+  EXPECT_EQ(review.reason(), "archive: 3 of 2000 samples are missing for good");
+  EXPECT_EQ(review.reviewed_by(), "the scheduler");
+  expect_each_counted_once(lab, 8);
+  Ledger replayed;
+  for (const Record& record : lab.records) ASSERT_TRUE(replayed.apply(record).has_value());
+  ASSERT_EQ(replayed.state().reviews.size(), 1U);
+  EXPECT_EQ(replayed.state().reviews.front().attempt, 2U);
+}
+
+TEST(Session, ReviewsNoTrialThatItsVerdictRejected) {
+  Lab lab(fate_of_attempt(2, {.detail = "8 mm from the target", .is_valid = false, .missing_samples = 3}));
+  lab.command(v1::SESSION_START, "start", small_protocol());
+  lab.connect();
+  ASSERT_TRUE(lab.run_to_end());
+  EXPECT_EQ(lab.ledger().rejected, 1U);
+  EXPECT_TRUE(lab.reviews.empty());
+}
+
 TEST(Session, WaitsForTheOutcomeBeforeItRejects) {
   Lab lab(fate_of_attempt(1, {.end = v1::TRIAL_ABORTED, .detail = "by hand", .has_outcome = false}));
   lab.command(v1::SESSION_START, "start", small_protocol());
