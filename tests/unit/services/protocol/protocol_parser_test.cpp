@@ -127,7 +127,7 @@ INSTANTIATE_TEST_SUITE_P(
             "p.toml:4: confirm_posture: 1 is not allowed; expected true or false"},
         Bad{"name = \"small\"", "name = \"small\"\nbias = 1",
             "p.toml:4: bias: unknown key; expected one of antagonists, confirm_posture, "
-            "reference_contraction, cue, kind, limits, name, perturbation, "
+            "cue, kind, limits, name, perturbation, "
             "posture, reference_contraction, "
             "rejection_limit, schema, shoulder_angle_rad"}));
 
