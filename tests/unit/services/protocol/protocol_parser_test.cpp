@@ -126,8 +126,9 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"name = \"small\"", "name = \"small\"\nconfirm_posture = 1",
             "p.toml:4: confirm_posture: 1 is not allowed; expected true or false"},
         Bad{"name = \"small\"", "name = \"small\"\nbias = 1",
-            "p.toml:4: bias: unknown key; expected one of confirm_posture, cue, kind, name, perturbation, "
-            "posture, "
+            "p.toml:4: bias: unknown key; expected one of antagonists, confirm_posture, "
+            "cue, kind, limits, name, perturbation, "
+            "posture, reference_contraction, "
             "rejection_limit, schema, shoulder_angle_rad"}));
 
 TEST(ProtocolParser, RefusesABiasThatDoesNotFitItsSets) {

@@ -107,7 +107,8 @@ TEST(Profile, RefusesAnUnknownKeyAtEveryDepthAndNamesTheOnesThatMayBeMeant) {
       "mine.toml:2: subject.reflex.stiffness_Nm_per_rad.wrist: unknown key; expected one of elbow, shoulder, "
       "two_joint");
   EXPECT_EQ(refusal("[robot]"),
-            "mine.toml:1: robot: unknown key; expected one of agent, bench, control, grip, limits, loop, "
+            "mine.toml:1: robot: unknown key; expected one of agent, auxiliary, bench, control, grip, "
+            "limits, loop, "
             "manipulandum, "
             "sensors, simulation, subject");
 }
