@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis_service/identification/condition.hpp"
@@ -47,6 +48,9 @@ class ConditionBook {
  public:
   explicit ConditionBook(BookSettings settings = {}) : settings_(std::move(settings)) {}
 
+  /// What is made beside `analyses` where no analysis is by the same method, for the session that runs.
+  void set_further(std::vector<impedance::Options> analyses) { further_ = std::move(analyses); }
+
   /// A trial that counts. An attempt that is here already stays as it is.
   /// kUnavailable: the condition has most_trials already.
   [[nodiscard]] Result<void> add_valid(const TrialReport& report, const impedance::Trial& trial);
@@ -76,7 +80,10 @@ class ConditionBook {
   void insert(const Condition& condition, const TrialReport& report, const impedance::Trial& trial);
   void show_sets_of(const Id& session);
 
+  [[nodiscard]] std::vector<impedance::Options> analyses() const;
+
   BookSettings settings_;
+  std::vector<impedance::Options> further_;
   std::map<Condition, Page>
       pages_;  // also of single unloaded sets, which stay unseen until their session is loaded
   std::set<Id> loaded_sessions_;

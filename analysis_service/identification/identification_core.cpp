@@ -32,6 +32,17 @@ void IdentificationCore::set_session(const Id& session) {
   live_.keep_only(session);
 }
 
+void IdentificationCore::set_needed(const std::vector<impedance::Method>& methods) {
+  std::vector<impedance::Options> further;
+  for (const impedance::Method method : methods) {
+    further.push_back(settings_.live);
+    further.back().method = method;
+    further.back().model = impedance::Model::kLinear;
+    further.back().has_trace = true;
+  }
+  book_.set_further(std::move(further));
+}
+
 void IdentificationCore::add(const RowBlock& block) {
   assembler_.add(block);
   if (expected_ && block.trial == expected_->trial && block.trial != kNoId && !live_.follows(block.trial)) {

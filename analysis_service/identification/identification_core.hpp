@@ -39,6 +39,8 @@ class IdentificationCore {
   void set_rig(const Id& rig, const RigGeometry& geometry, double sample_rate, bool is_rotary = false);
   /// The session that is run now; everything of others is freed.
   void set_session(const Id& session);
+  /// Methods that the session needs, whatever else is identified; with the settings of the live estimates.
+  void set_needed(const std::vector<impedance::Method>& methods);
   /// A trial is about to be run: its rows will be followed as they come.
   void expect(const TrialPlan& plan) { expected_ = plan; }
   void add(const RowBlock& block);

@@ -7,10 +7,22 @@
 
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
+#include "services/protocol/protocol.hpp"
 #include "services/runtime/drain.hpp"
 
 namespace tonus::identification {
 namespace {
+
+/// By which a session's conditions end, or its bias forces are directed.
+std::vector<impedance::Method> methods_needed(const v1::SessionPlan& plan) {
+  std::vector<impedance::Method> methods;
+  const auto protocol = protocol::parse_protocol(plan.protocol_toml(), "protocol");
+  if (!protocol) return methods;  // a plan of other programs
+  for (const std::string& name : protocol::methods_needed(*protocol)) {
+    if (const auto method = impedance::method_named(name)) methods.push_back(*method);
+  }
+  return methods;
+}
 
 constexpr std::size_t kBlocksAtOnce = 512;
 constexpr std::chrono::milliseconds kRetry{20};
@@ -115,6 +127,7 @@ void IdentificationService::take_plans() {
     if (plan.rig_id() != settings_.rig || plan.started_at() < session_started_at_) continue;
     session_started_at_ = plan.started_at();
     set_session(plan.session_id());
+    core_.set_needed(methods_needed(plan));
   }
 }
 

@@ -38,6 +38,9 @@ Result<void> Ledger::start(const record::Started& started) {
   for (const protocol::PlannedTrial& trial : state_.plan.trials) state_.expected_remaining += trial.duration;
   state_.runs.assign(state_.plan.trials.size(), 0);
   state_.rejections.assign(state_.plan.blocks.size(), 0);
+  state_.looks.resize(state_.plan.conditions.size());
+  state_.drives.resize(state_.plan.conditions.size());
+  state_.commands.assign(state_.plan.conditions.size(), 0);
   has_session_ = true;
   find_block();
   return {};
@@ -74,12 +77,18 @@ Result<void> Ledger::check(const Record& record) const {
       r != nullptr && r->block >= state_.rejections.size()) {
     return misfit(fmt::format("no set {}", r->block));
   }
+  if (const auto* r = std::get_if<record::Looked>(&record)) {
+    if (!state_.protocol.stop_when || r->condition >= state_.looks.size())
+      return misfit(fmt::format("no condition {} that is looked at", r->condition));
+    if (!state_.counted_trials.contains(r->newest))
+      return misfit(fmt::format("a look after attempt {}, which does not count", r->newest));
+  }
   return {};
 }
 
 void Ledger::find_block() {
   state_.block = 0;
-  while (state_.block < state_.remaining.size() && state_.remaining[state_.block].empty()) ++state_.block;
+  while (state_.block < state_.remaining.size() && !state_.is_open(state_.block)) ++state_.block;
 }
 
 void Ledger::take(const record::Bound& bound) {
@@ -94,6 +103,13 @@ void Ledger::take(const record::Commanded& commanded) {
   ++state_.runs[index];
   auto& left = state_.remaining[state_.plan.trials[index].block];
   left.erase(std::find(left.begin(), left.end(), index));
+  if (state_.protocol.stop_when) {
+    const std::uint32_t condition = state_.condition_of(index);
+    state_.directions.push_back(
+        static_cast<std::uint32_t>(protocol::direction_of(state_.protocol, commanded.program)));
+    state_.drives[condition] = {commanded.program.amplitude_m(), commanded.program.rise_time_s()};
+    ++state_.commands[condition];
+  }
   find_block();
 }
 
@@ -110,6 +126,7 @@ void Ledger::take(const record::Counted& counted) {
   const protocol::Block& block =
       state_.plan.blocks[state_.plan.trials[state_.in_flight->planned_index()].block];
   if (block.set_number == 1) state_.set_one[block.posture_index].insert(counted.attempt);
+  state_.counted_trials[counted.attempt] = state_.in_flight->planned_index();
   ++state_.counted;
   settle(counted.duration, true);
 }
@@ -162,5 +179,34 @@ void Ledger::take(const record::Answered& answered) {
 }
 
 void Ledger::take(const record::Ended& ended) { state_.ended = ended; }
+
+void Ledger::take(const record::Looked& looked) {
+  state_.looks[looked.condition].push_back(looked);
+  state_.drives[looked.condition] = {looked.amplitude, looked.rise_time};
+  find_block();
+}
+
+std::vector<std::uint32_t> LedgerState::counted_in(std::uint32_t condition) const {
+  std::vector<std::uint32_t> found;
+  for (const auto& [attempt, index] : counted_trials) {
+    if (condition_of(index) == condition) found.push_back(attempt);
+  }
+  return found;
+}
+
+bool LedgerState::is_ended_by_look(std::uint32_t condition) const {
+  if (looks[condition].empty()) return false;
+  const record::Looked& look = looks[condition].back();
+  if (look.end == protocol::LookEnd::kGoesOn) return false;
+  const auto now = counted_in(condition);
+  return now.size() == look.counted && now.back() == look.newest;
+}
+
+protocol::Drive LedgerState::first_drive(std::uint32_t condition) const {
+  const protocol::Drive own{protocol.perturbation.amplitude, protocol.perturbation.rise_time};
+  if (condition == 0 || looks[condition - 1].empty()) return own;
+  return protocol::drive_after(*protocol.stop_when, own, drives[condition - 1],
+                               looks_of(looks[condition - 1]));
+}
 
 }  // namespace tonus::scheduler

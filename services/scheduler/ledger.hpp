@@ -23,14 +23,20 @@ struct LedgerState {
   std::optional<record::Bound> bound;
 
   std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
-  std::size_t block = 0;                      ///< First with trials remaining; plan.blocks.size(): none.
-  std::optional<v1::TrialProgram> in_flight;  ///< Commanded, not yet settled.
-  std::vector<std::uint32_t> runs;            ///< By planned_index: commands so far.
-  std::vector<std::uint32_t> rejections;      ///< By block, since the operator last went on.
-  std::set<std::uint32_t> owed_receipts;      ///< Attempts that were rejected before their receipt came.
+  std::size_t block = 0;                             ///< First that is open; plan.blocks.size(): none.
+  std::optional<v1::TrialProgram> in_flight;         ///< Commanded, not yet settled.
+  std::vector<std::uint32_t> runs;                   ///< By planned_index: commands so far.
+  std::vector<std::uint32_t> rejections;             ///< By block, since the operator last went on.
+  std::set<std::uint32_t> owed_receipts;  ///< Attempts that were rejected before their receipt came.
   std::map<std::uint32_t, std::set<std::uint32_t>> set_one;  ///< By posture: attempts of set one that count.
   std::map<std::uint32_t, protocol::BiasAxes> axes;          ///< By posture.
   std::set<std::uint32_t> confirmed_postures;
+
+  std::map<std::uint32_t, std::uint32_t> counted_trials;  ///< planned_index by attempt.
+  std::vector<std::uint32_t> directions;                  ///< By attempt from 1: 0 .. directions - 1.
+  std::vector<std::vector<record::Looked>> looks;         ///< By condition.
+  std::vector<protocol::Drive> drives;                    ///< By condition: of its next trial.
+  std::vector<std::uint32_t> commands;                    ///< By condition.
 
   std::uint32_t attempts = 0;
   std::uint32_t counted = 0;
@@ -47,6 +53,21 @@ struct LedgerState {
   std::optional<record::Ended> ended;
 
   static constexpr std::size_t kAnswersKept = 64;
+
+  [[nodiscard]] std::uint32_t condition_of(std::uint32_t planned_index) const {
+    return plan.blocks[plan.trials[planned_index].block].condition;
+  }
+  /// Attempts of a condition that count, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> counted_in(std::uint32_t condition) const;
+  /// The newest look ended the condition, and the trials that it was taken after still count. One that is
+  /// rejected later opens it again.
+  [[nodiscard]] bool is_ended_by_look(std::uint32_t condition) const;
+  /// Trials of the block may be commanded.
+  [[nodiscard]] bool is_open(std::size_t of_block) const {
+    return !remaining[of_block].empty() && !is_ended_by_look(plan.blocks[of_block].condition);
+  }
+  /// How a condition begins: as the one before it ended, where that was looked at.
+  [[nodiscard]] protocol::Drive first_drive(std::uint32_t condition) const;
 };
 
 /// A session as the sum of its records: apply() is the only way to change it, live and when a journal is
@@ -75,6 +96,7 @@ class Ledger {
   void take(const record::Requested& requested);
   void take(const record::Answered& answered);
   void take(const record::Ended& ended);
+  void take(const record::Looked& looked);
   /// The trial in flight has come to its end.
   void settle(double duration, bool is_done);
   void find_block();

@@ -80,9 +80,12 @@ void fields(A archive, R& r) {
     archive& r.request_id& r.request;
   } else if constexpr (std::is_same_v<T, record::Answered>) {
     archive& r.request_id& r.is_done& r.message;
-  } else {
-    static_assert(std::is_same_v<T, record::Ended>);
+  } else if constexpr (std::is_same_v<T, record::Ended>) {
     archive& r.phase& r.message;
+  } else {
+    static_assert(std::is_same_v<T, record::Looked>);
+    archive& r.condition& r.newest& r.counted& r.estimate_id& r.trials& r.stiffness& r.mass& r.damping& r
+        .is_ok& r.is_linear& r.end& r.needed& r.because& r.amplitude& r.rise_time;
   }
 }
 
@@ -99,6 +102,13 @@ Record take_record(Cdr& cdr, std::uint32_t type) {
 }
 
 }  // namespace
+
+std::vector<protocol::Look> looks_of(const std::vector<record::Looked>& records) {
+  std::vector<protocol::Look> looks;
+  for (const record::Looked& r : records)
+    looks.push_back({r.trials, r.stiffness, r.mass, r.damping, r.is_ok, r.is_linear});
+  return looks;
+}
 
 Result<std::string> encode_records(const std::vector<Record>& records) {
   // Into zeros of our own: the serialiser leaves the octets between aligned fields as they are.

@@ -128,6 +128,10 @@ bool SessionMachine::runs_on_rig() const {
 
 std::optional<SessionMachine::Hold> SessionMachine::find_hold() {
   const LedgerState& s = ledger_.state();
+  if (auto hold = hold_for_look()) {
+    if (s.is_pause_wanted) return Hold{v1::SESSION_PAUSED, "operator: resume", Asks::kNobody};
+    return hold;
+  }
   if (s.block == s.plan.blocks.size()) {
     phase_ = v1::SESSION_COMPLETING;
     publish_state();
@@ -266,9 +270,10 @@ void SessionMachine::command_next() {
   const std::uint32_t index = s.remaining[s.block].front();
   const protocol::Block& block = s.plan.blocks[s.block];
   const auto axes = s.axes.find(block.posture_index);
-  const auto program = protocol::commanded_program(
+  auto program = protocol::commanded_program(
       s.protocol, s.plan, index, s.started.session_id, s.attempts + 1, s.started.seed, s.runs[index] > 0,
       axes == s.axes.end() ? std::nullopt : std::optional<protocol::BiasAxes>(axes->second));
+  if (s.protocol.stop_when) steer_next(block.condition, program);
   decide(record::Commanded{program});
   flight_id_ = trial_id(s.started.session_id, s.attempts);
   outcome_.reset();

@@ -46,7 +46,7 @@ struct Patience {
   std::chrono::milliseconds stillness{
       1050};  ///< After the arming; the rig itself refuses in the first second.
   std::chrono::milliseconds abort_repeat{500};  ///< Between two requests to the rig to abort.
-  std::chrono::milliseconds estimate{10000};    ///< For set one's stiffness from all of its trials.
+  std::chrono::milliseconds estimate{10000};    ///< For an estimate from all trials of its condition.
   std::chrono::milliseconds receipt{30000};     ///< At the end, for the receipts of rejected trials.
   int resends = 2;                              ///< Repeats of a command before the wait shows in the phase.
   int refusals = 3;                             ///< In a row, before the operator is asked.
@@ -63,6 +63,10 @@ struct Patience {
 /// rig knows a trial by its id, does not run it twice, and publishes its outcome anew. The next trial is
 /// chosen only after the last is recorded as settled, so a scheduler that dies anywhere and is restored goes
 /// on with what comes next.
+///
+/// With `stop_when` each trial of a condition, from the fewest on, is followed by a look at the condition's
+/// estimate, which is recorded with what was decided; the next trial's direction and drive follow from the
+/// records alone.
 ///
 /// WAITING is left by itself when what is missing comes back, or, where it is for the operator, by
 /// SESSION_RESUME.
@@ -132,6 +136,22 @@ class SessionMachine {
   [[nodiscard]] std::optional<Hold> hold_for_block();
   [[nodiscard]] std::optional<Hold> hold_for_axes(const protocol::Block& block);
   [[nodiscard]] Hold service_hold(const std::string& what) const;
+
+  // session_looks.cpp: precision-led conditions, and how far conditions are
+  /// The condition whose newest trial has not been followed by a look; none: there is none.
+  [[nodiscard]] std::optional<std::uint32_t> condition_to_look_at() const;
+  /// Of the trials that count, the newest among them; nullptr: it has not come.
+  [[nodiscard]] const v1::Estimate* estimate_of(std::uint32_t condition) const;
+  [[nodiscard]] std::optional<Hold> hold_for_look();
+  [[nodiscard]] Hold hold_for_estimate(std::uint32_t condition) const;
+  void look(std::uint32_t condition, const v1::Estimate* estimate);
+  [[nodiscard]] std::size_t trials_at(std::uint32_t condition, const protocol::Drive& drive) const;
+  void steer_next(std::uint32_t condition, v1::TrialProgram& program) const;
+  [[nodiscard]] v1::ConditionProgress progress_of(std::uint32_t condition) const;
+  [[nodiscard]] double precision_of(std::uint32_t condition) const;
+  [[nodiscard]] std::uint32_t left_in(std::uint32_t condition) const;
+  [[nodiscard]] std::uint32_t expected_left_in(std::uint32_t condition) const;
+  void describe_conditions(v1::SessionState& state) const;
   void command_next();
   void send_in_flight();
   void repeat_in_flight();
@@ -200,6 +220,8 @@ class SessionMachine {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> cued_;  // posture, instruction
   std::map<Id, v1::Estimate> estimates_;
   std::optional<Clock::TimePoint> axes_due_;  // the axes are waited for since before this, less the patience
+
+  std::optional<Clock::TimePoint> look_due_;  // when a condition goes on without its estimate
 
   Id flight_id_ = kNoId;
   std::optional<v1::TrialOutcome> outcome_;
