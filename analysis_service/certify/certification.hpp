@@ -2,12 +2,15 @@
 
 #include <array>
 #include <cstdint>
+#include <span>
 #include <string>
 #include <vector>
 
 #include "analysis_service/certify/drawn_session.hpp"
 #include "analysis_service/impedance/options.hpp"
+#include "analysis_service/impedance/trial.hpp"
 #include "services/core/progress.hpp"
+#include "services/core/result.hpp"
 
 namespace tonus::certify {
 
@@ -28,9 +31,21 @@ struct MatrixWorth {
   double wrong_and_ok = 0.0;
 };
 
+/// Of an ellipse's number: share of the conditions, among those whose interval is determined, in which it
+/// holds the true number.
+struct EllipseWorth {
+  double coverage = 0.0;
+  double coverage_error = 0.0;
+  double determined = 0.0;  ///< Share of the conditions with numbers whose interval is finite.
+};
+
+/// The numbers of an ellipse, in the order of MethodWorth::ellipses.
+inline constexpr std::array kEllipseNumbers{"size", "shape", "orientation", "curl"};
+
 struct MethodWorth {
   impedance::Method method = impedance::Method::kStateVariable;
   std::array<MatrixWorth, 4> matrices;
+  std::array<std::array<EllipseWorth, 4>, 3> ellipses;  ///< Of M, B, K.
   std::size_t conditions = 0;
   std::size_t undetermined = 0;  ///< Of these, without numbers: in none of the above.
   std::size_t suspect = 0;       ///< Flagged; they count above.
@@ -57,5 +72,19 @@ struct NamedError {
 /// Simulates the cell's conditions, postures in turn, identifies each by every method and compares with the
 /// truth. On all processors; the same numbers for the same seed.
 [[nodiscard]] std::vector<MethodWorth> certify(const Cell& cell, const Progress& progress = {});
+
+/// What each method is worth in conditions like a measured one: M, B, K drawn from method refined's estimate
+/// and its covariance, the rig's response to the command as fitted, and in each trial what a measured trial,
+/// drawn with replacement, has beyond it, with a sign drawn (impedance/method_bias.hpp). RMSE over the bound
+/// is 0: the bound needs spectra that are not known. kInvalidArgument: method refined finds no numbers in
+/// the trials, which need the command and at least four.
+struct Likeness {
+  std::size_t conditions = 100;
+  std::uint64_t seed = 1;
+  double window = 1.0;  ///< s.
+};
+[[nodiscard]] Result<std::vector<MethodWorth>> certify_like(std::span<const impedance::Trial> measured,
+                                                            const Likeness& likeness,
+                                                            const Progress& progress = {});
 
 }  // namespace tonus::certify

@@ -35,7 +35,15 @@ Result<void> ConditionBook::add_valid(const TrialReport& report, const impedance
 
 void ConditionBook::insert(const Condition& condition, const TrialReport& report,
                            const impedance::Trial& trial) {
-  pages_[condition].valid.emplace(report.plan.attempt, Entry{source_of(report), trial});
+  Page& page = pages_[condition];
+  page.valid.emplace(report.plan.attempt, Entry{source_of(report), trial});
+  page.has_had_valid = true;
+  page.axes = trial.axes();
+  page.has_records |= trial.is_continuous;
+  note_change(condition);
+}
+
+void ConditionBook::note_change(const Condition& condition) {
   const bool is_single_set = !condition.is_loaded() && condition.set != 0;
   if (!is_single_set || loaded_sessions_.contains(condition.session)) changed_.insert(condition);
 }
@@ -45,10 +53,18 @@ void ConditionBook::add_invalid(const TrialReport& report) {
   if (has_own_set(report.plan)) pages_[set_condition_of(report.plan)].invalid.insert(report.plan.attempt);
 }
 
+void ConditionBook::withdraw(const Id& session, std::uint32_t attempt) {
+  for (auto& [condition, page] : pages_) {
+    if (condition.session != session || page.valid.erase(attempt) == 0) continue;
+    page.invalid.insert(attempt);
+    note_change(condition);
+  }
+}
+
 void ConditionBook::show_sets_of(const Id& session) {
   for (const auto& [condition, page] : pages_) {
     const bool is_hidden = condition.session == session && !condition.is_loaded() && condition.set != 0;
-    if (is_hidden && !page.valid.empty()) changed_.insert(condition);
+    if (is_hidden && page.has_had_valid) changed_.insert(condition);
   }
 }
 
@@ -65,13 +81,11 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
 
   const std::vector<impedance::Options> all_analyses = analyses();
   auto all_identified = impedance::identify_each(trials, all_analyses);
-  const bool has_records =
-      std::any_of(trials.begin(), trials.end(), [](const auto& trial) { return trial.is_continuous; });
   for (std::size_t i = 0; i < all_identified.size(); ++i) {
     const impedance::Options& options = all_analyses[i];
-    const impedance::Method method = has_records ? options.record_method : options.method;
+    const impedance::Method method = page.has_records ? options.record_method : options.method;
     // Of all methods, each has the data that it suits.
-    if (!impedance::suits(method, has_records) && all_analyses.size() > 1) continue;
+    if (!impedance::suits(method, page.has_records) && all_analyses.size() > 1) continue;
     auto& identified = all_identified[i];
     ConditionEstimate estimate;
     estimate.condition = found->first;
@@ -79,6 +93,10 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
     estimate.invalid_trials = static_cast<std::uint32_t>(page.invalid.size());
     if (identified) {
       estimate.estimate = std::move(*identified);
+      if (trials.empty()) {  // nobody could tell what there was
+        estimate.estimate.method = method;
+        estimate.estimate.axes = page.axes;
+      }
     } else {
       estimate.estimate.method = method;
       estimate.estimate.model = options.model;

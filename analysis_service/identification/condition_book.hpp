@@ -42,8 +42,10 @@ struct BookSettings {
 ///
 /// Law: identify() is impedance::identify on the condition's trials in the order of their attempts, the
 /// function that the command line uses on recorded data; so the result depends, to the last bit, on which
-/// trials there are and not on when or in which order they came. Trials without bias count for all sets
-/// together; in a session that has biased trials also set by set. Not for use by several threads.
+/// trials there are and not on when or in which order they came and went. A condition that had a valid trial
+/// once is identified even if none is left, so that nobody keeps what was published before. Trials without
+/// bias count for all sets together; in a session that has biased trials also set by set. Not for use by
+/// several threads.
 class ConditionBook {
  public:
   explicit ConditionBook(BookSettings settings = {}) : settings_(std::move(settings)) {}
@@ -55,6 +57,9 @@ class ConditionBook {
   /// kUnavailable: the condition has most_trials already.
   [[nodiscard]] Result<void> add_valid(const TrialReport& report, const impedance::Trial& trial);
   void add_invalid(const TrialReport& report);
+  /// A trial that was valid does not count any more, and counts as invalid: its conditions have changed.
+  /// Nothing happens where it is not among the valid ones.
+  void withdraw(const Id& session, std::uint32_t attempt);
 
   /// Conditions whose trials changed since they were identified.
   [[nodiscard]] std::vector<Condition> changed() const { return {changed_.begin(), changed_.end()}; }
@@ -75,10 +80,14 @@ class ConditionBook {
   struct Page {
     std::map<std::uint32_t, Entry> valid;  // by attempt
     std::set<std::uint32_t> invalid;
+    bool has_records = false;  // valid ones are or were continuous records
+    bool has_had_valid = false;
+    int axes = 2;
   };
 
   void insert(const Condition& condition, const TrialReport& report, const impedance::Trial& trial);
   void show_sets_of(const Id& session);
+  void note_change(const Condition& condition);
 
   [[nodiscard]] std::vector<impedance::Options> analyses() const;
 

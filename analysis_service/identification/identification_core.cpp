@@ -27,6 +27,8 @@ void IdentificationCore::set_rig(const Id& rig, const RigGeometry& geometry, dou
 }
 
 void IdentificationCore::set_session(const Id& session) {
+  if (session != session_) rejected_.clear();
+  session_ = session;
   assembler_.set_session(session);
   book_.keep_only(session);
   live_.keep_only(session);
@@ -41,6 +43,15 @@ void IdentificationCore::set_needed(const std::vector<impedance::Method>& method
     further.back().has_trace = true;
   }
   book_.set_further(std::move(further));
+}
+
+void IdentificationCore::reject(const Id& trial, std::uint32_t attempt) {
+  if (trial != trial_id(session_, attempt) || !rejected_.insert(attempt).second) return;
+  book_.withdraw(session_, attempt);
+  live_.withdraw(session_, attempt);
+  for (Settled& settled : settled_) {
+    if (settled.trial.report.plan.trial == trial) settled.is_kept = false;
+  }
 }
 
 void IdentificationCore::add(const RowBlock& block) {
@@ -116,6 +127,10 @@ void IdentificationCore::settle(MeasuredTrial trial, Output& output) {
     }
   }
   if (!verdict.is_valid) book_.add_invalid(report);
+  if (report.plan.session == session_ && rejected_.contains(report.plan.attempt)) {
+    book_.withdraw(session_, report.plan.attempt);
+    is_kept = false;
+  }
   if (rig != nullptr) settled_.push_back({std::move(trial), is_kept});
   output.verdicts.push_back({report, std::move(verdict)});
 }

@@ -5,6 +5,7 @@
 #include <deque>
 #include <map>
 #include <optional>
+#include <set>
 #include <string>
 #include <vector>
 
@@ -43,6 +44,9 @@ class IdentificationCore {
   void set_needed(const std::vector<impedance::Method>& methods);
   /// A trial is about to be run: its rows will be followed as they come.
   void expect(const TrialPlan& plan) { expected_ = plan; }
+  /// A trial of the session that is run now was rejected by hand: whatever its verdict is or will be, it is
+  /// left out of every estimate, and those of its condition come anew.
+  void reject(const Id& trial, std::uint32_t attempt);
   void add(const RowBlock& block);
   void add(const TrialReport& report, Clock::TimePoint now) { assembler_.add(report, now); }
 
@@ -97,6 +101,8 @@ class IdentificationCore {
   CoreSettings settings_;
   TrialAssembler assembler_;
   ConditionBook book_;
+  Id session_{};
+  std::set<std::uint32_t> rejected_;  // attempts of the session, by hand
   LiveEstimator live_;
   std::map<Id, Rig> rigs_;
   std::deque<Held> held_;

@@ -101,6 +101,13 @@ Result<void> LiveEstimator::add_whole(const MeasuredTrial& trial, const RigGeome
   return {};
 }
 
+void LiveEstimator::withdraw(const Id& session, std::uint32_t attempt) {
+  for (auto& [condition, stream] : streams_) {
+    if (condition.session != session || !stream.identifier.remove_trial(attempt)) continue;
+    std::erase_if(stream.sources, [&](const TrialSource& source) { return source.attempt == attempt; });
+  }
+}
+
 std::optional<ConditionEstimate> LiveEstimator::estimate() const {
   if (!followed_ || !followed_->onset) return std::nullopt;
   const auto stream = streams_.find(condition_of(followed_->plan));

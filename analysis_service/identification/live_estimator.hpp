@@ -45,6 +45,9 @@ class LiveEstimator {
   /// estimates.
   [[nodiscard]] Result<void> settle(const MeasuredTrial& trial, bool is_valid, const RigGeometry& rig);
 
+  /// A trial of the session that counted does not count any more.
+  void withdraw(const Id& session, std::uint32_t attempt);
+
   /// Of the trial that is followed, once it has rows after its onset.
   [[nodiscard]] std::optional<ConditionEstimate> estimate() const;
 

@@ -230,6 +230,21 @@ std::string summary(const Measured& m, const JudgeLimits& limits) {
       kMillimetres * limits.end_speed);
 }
 
+/// Largest distance between two positions of an axis; 0: none is known.
+double range_of(std::span<const Row> rows, const RigGeometry& rig, const ShoulderPose& shoulder) {
+  constexpr double kNone = std::numeric_limits<double>::infinity();
+  Eigen::Array2d low(kNone, kNone);
+  Eigen::Array2d high(-kNone, -kNone);
+  for (const Row& row : rows) {
+    if (row.is_missing || !is_finite(row)) continue;
+    const Eigen::Array2d position = tonus::convert(rig, shoulder, row.raw).p_SE.array();
+    low = low.min(position);
+    high = high.max(position);
+  }
+  if (axes_of(rig) == 1) low[1] = high[1] = 0.0;
+  return std::max(0.0, (high - low).maxCoeff());
+}
+
 /// Rows of a recording that may be missing: it is identified by the segments between the gaps.
 std::uint64_t allowed_gaps(std::size_t rows, const JudgeLimits& limits) {
   return static_cast<std::uint64_t>(limits.recording_gaps * static_cast<double>(rows));
@@ -245,6 +260,8 @@ JudgeLimits JudgeChoice::limits(bool is_rotary) const {
     chosen.rest_force = chosen.rest_force_change = kAny;
     chosen.resistance = 0.0;
   }
+  constexpr double kTwoTurns = 12.6;  // rad
+  if (is_rotary) chosen.recording_range = kTwoTurns;
   const auto take = [](const std::optional<double>& single, double& limit) {
     limit = single.value_or(limit);
   };
@@ -327,7 +344,15 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
       fmt::format("{} of {} rows missing, allowed {}", measured.missing_rows, trial.rows.size(),
                   is_recording ? std::to_string(allowed_gaps(trial.rows.size(), limits_)) : "none"));
   findings.add_if(rig == nullptr, Defect::kUnknownRig, "no description to convert with");
-  if (is_recording) return std::move(findings).verdict(measured, "valid: complete, not saturated");
+  if (is_recording) {
+    if (rig != nullptr) {
+      measured.excursion = range_of(rows, *rig, report.plan.shoulder);
+      findings.add_if(measured.excursion > limits_.recording_range, Defect::kExcursion,
+                      fmt::format("moved by {:.3g}, allowed {:.3g}: check the unit of the displacement",
+                                  measured.excursion, limits_.recording_range));
+    }
+    return std::move(findings).verdict(measured, "valid: complete, not saturated");
+  }
   if (measured.missing_rows > 0 || rig == nullptr) return std::move(findings).verdict(measured, {});
 
   const Traces traces = traces_of(trial, onset, *rig, limits_);

@@ -31,7 +31,9 @@ enum class Defect : std::uint8_t {
 struct JudgeLimits {
   double start_offset = 0.005;  ///< m, half of the published target circle's diameter of 0.010 m.
   double recording_gaps = 0.5;  ///< Share of a continuous recording's rows that may be missing.
-  double excursion = 0.015;     ///< m from the rest. Published: perturbations stayed within 0.010 m.
+  /// m, between the ends of a continuous recording's motion: more than any limb moves is another unit.
+  double recording_range = 5.0;
+  double excursion = 0.015;  ///< m from the rest. Published: perturbations stayed within 0.010 m.
 
   /// m/s before the onset: half of the peak of the published perturbation (0.005 m in 0.2 s peaks at 0.039
   /// m/s).

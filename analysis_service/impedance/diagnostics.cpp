@@ -108,6 +108,9 @@ Diagnosis diagnose(std::span<const Trial* const> trials, const Options& options,
   for (std::size_t axis = 0; axis < lags.size(); ++axis) {
     diagnosis.force_lag[static_cast<Eigen::Index>(axis)] = lags[axis].time;
     diagnosis.is_force_shifted |= lags[axis].is_shifted;
+    if (lags[axis].misfit_share < diagnosis.misfit_share) continue;
+    diagnosis.misfit = lags[axis].misfit;
+    diagnosis.misfit_share = lags[axis].misfit_share;
   }
   return diagnosis;
 }

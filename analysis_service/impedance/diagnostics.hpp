@@ -1,8 +1,10 @@
 #pragma once
 
+#include <optional>
 #include <span>
 
 #include "analysis_service/impedance/axes.hpp"
+#include "analysis_service/impedance/cross_check.hpp"
 #include "analysis_service/impedance/options.hpp"
 #include "analysis_service/impedance/trial.hpp"
 
@@ -15,6 +17,9 @@ struct Diagnosis {
   bool is_force_clipped = false;
   bool is_force_shifted = false;
   bool is_lag_examined = false;
+  double misfit = 0.0;  ///< Largest of the channels' (force_lag.hpp), as is the next.
+  double misfit_share = 0.0;
+  std::optional<CrossCheck> cross_check;  ///< Of two methods; set by identify().
   AxisVector force_lag;  ///< s by which each force channel lags; positive: too late. 0 where not examined.
 };
 

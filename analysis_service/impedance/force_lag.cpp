@@ -31,6 +31,7 @@ std::optional<Examined> examined_rows(const ConditionResponse& response, double 
 struct Fit {
   double misfit = 0.0;
   bool is_possible = false;
+  double share = 0.0;  ///< Root mean square of the residual over that of the force.
 };
 
 /// Model (3) against the response at any shift of the force.
@@ -75,7 +76,8 @@ class ShiftedFit {
                          theta.dot(own_square_ * theta);
       const double expected = std::max(own_share_ * own, kRounding * F.col(i).squaredNorm());
       fits.push_back({expected > 0.0 ? residual[i] / expected : 1.0,
-                      theta[i] > 0.0 && theta[axes_ + i] > 0.0 && theta[2 * axes_ + i] > 0.0});
+                      theta[i] > 0.0 && theta[axes_ + i] > 0.0 && theta[2 * axes_ + i] > 0.0,
+                      std::sqrt(residual[i] / std::max(F.col(i).squaredNorm(), 1e-300))});
     }
     return fits;
   }
@@ -129,10 +131,11 @@ ForceLag lag_from(const std::vector<Fit>& fits, Eigen::Index reach, double sampl
   for (const Fit& fit : fits) {
     if (fit.is_possible && (best == nullptr || fit.misfit < best->misfit)) best = &fit;
   }
-  if (best == nullptr) return {};
+  if (best == nullptr) return {0.0, false, unshifted.misfit, unshifted.share};
   const double time = static_cast<double>(best - &unshifted) * sample_period;
   const double ratio = unshifted.is_possible ? kLagMisfitRatio : 1.0;
-  return {time, std::abs(time) > kLagTolerated && unshifted.misfit > ratio * best->misfit};
+  return {time, std::abs(time) > kLagTolerated && unshifted.misfit > ratio * best->misfit, unshifted.misfit,
+          unshifted.share};
 }
 
 }  // namespace

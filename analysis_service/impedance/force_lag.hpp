@@ -16,6 +16,10 @@ inline constexpr double kLagMisfitRatio = 1.5;   ///< Misfit without shift over 
 struct ForceLag {
   double time = 0.0;  ///< s; positive: the force is late. 0 where it cannot be told.
   bool is_shifted = false;
+  /// Without shift: the misfit, and the root mean square of what model (3) leaves of the mean response over
+  /// that of the response's force. 0: not examined.
+  double misfit = 0.0;
+  double misfit_share = 0.0;
 };
 
 /// Finds, channel by channel, the shift of the force at which model (3) fits the condition's mean response

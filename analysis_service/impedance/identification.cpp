@@ -6,8 +6,10 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/impedance/convergence.hpp"
+#include "analysis_service/impedance/cross_check.hpp"
 #include "analysis_service/impedance/diagnostics.hpp"
 #include "analysis_service/impedance/fit_signals.hpp"
+#include "analysis_service/impedance/method_bias.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
 #include "analysis_service/impedance/record_identification.hpp"
 #include "analysis_service/impedance/refined_identification.hpp"
@@ -197,11 +199,59 @@ struct Examination {
   double block = 0.0;   ///< s.
   double frequency = 0.0;
   Diagnosis diagnosis;
+  std::optional<refined::Estimate> refined;  ///< Where a method, a bias or the cross-check asked for it.
+  std::optional<Estimate> state_variable;    ///< By the published settings, without bias.
 };
 
 Examination examine(const TrialPointers& trials, const Options& options) {
   const double frequency = tuned_natural_frequency(trials, options.window, options.block);
-  return {options.window, options.block, frequency, diagnose(trials, options, frequency)};
+  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}};
+}
+
+const refined::Estimate& refined_of(const TrialPointers& trials, const Options& options, Examination& known) {
+  if (!known.refined) known.refined = find_refined(trials, options);
+  return *known.refined;
+}
+
+/// By a published method.
+std::optional<Reason> fit_published(const TrialPointers& trials, const Options& options, Eigen::Index rows,
+                                    Estimate& estimate) {
+  return with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
+    return fit<kSize, kAxes>(trials, options, rows, estimate);
+  });
+}
+
+/// Whether there are commands and trials enough to simulate a bias and to check method against method.
+bool has_commands(const TrialPointers& trials) {
+  return trials.size() >= kFewestCrossChecked && std::ranges::all_of(trials, [](const Trial* trial) {
+           return !trial->is_continuous && trial->commanded.rows() == trial->samples();
+         });
+}
+
+/// Method state_variable by the published settings, as the cross-check takes it.
+const Estimate& state_variable_of(const TrialPointers& trials, Eigen::Index rows, Examination& known) {
+  if (known.state_variable) return *known.state_variable;
+  Options options;
+  options.window = known.window;
+  options.has_trace = false;
+  Estimate& estimate = known.state_variable.emplace();
+  estimate.axes = trials.front()->axes();
+  estimate.natural_frequency = known.frequency;
+  const bool is_found = known.frequency > 0.0 && !fit_published(trials, options, rows, estimate);
+  estimate.status = is_found ? Status::kOk : Status::kUndetermined;
+  if (!is_found) return estimate;
+  if (const auto bias = method_bias(trials, *known.refined, options, known.frequency))
+    estimate.value = without_bias(estimate.value, *bias);
+  return estimate;
+}
+
+/// The methods held against each other, where this estimate is by one of the two.
+std::optional<CrossCheck> cross_check_of(const TrialPointers& trials, const Options& options,
+                                         Eigen::Index rows, Estimate& estimate, Examination& known) {
+  const bool is_checked = options.model == Model::kLinear &&
+                          (estimate.method == Method::kRefined || estimate.method == Method::kStateVariable);
+  if (!is_checked || !has_commands(trials)) return std::nullopt;
+  return cross_check(refined_of(trials, options, known), state_variable_of(trials, rows, known));
 }
 
 /// `known`: the examination of these trials by an analysis before; filled where it is none or another's.
@@ -245,14 +295,18 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   }
   if (known->diagnosis.is_single_direction) failure = Reason::kSingleDirection;
   if (!failure && estimate.method == Method::kRefined) {
-    failure = identify_refined(trials, options, estimate);
+    failure = identify_refined(refined_of(trials, options, *known), trials.size(), options, estimate);
   } else if (!failure) {
-    failure = with_sizes(options.model, estimate.axes, [&]<int kSize, int kAxes>() {
-      return fit<kSize, kAxes>(trials, options, rows, estimate);
-    });
+    failure = fit_published(trials, options, rows, estimate);
+    if (!failure && options.model == Model::kLinear && has_commands(trials)) {
+      if (const auto bias =
+              method_bias(trials, refined_of(trials, options, *known), options, estimate.natural_frequency))
+        carry_bias(*bias, estimate);
+    }
   }
   Diagnosis diagnosis = known->diagnosis;
   if (estimate.method == Method::kRefined) diagnosis.is_force_shifted = false;  // it has a test of its own
+  if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);
   conclude(estimate, failure, diagnosis);
   return estimate;
 }

@@ -10,6 +10,7 @@
 #include <vector>
 
 #include "analysis_service/impedance/axes.hpp"
+#include "analysis_service/impedance/ellipse_intervals.hpp"
 #include "analysis_service/impedance/options.hpp"
 #include "analysis_service/impedance/trial.hpp"
 #include "services/core/result.hpp"
@@ -55,6 +56,9 @@ enum class Reason : std::uint8_t {
   kHeldSamples,        ///< A channel repeats its samples, or joins those of a slower rate.
   kReflex,             ///< A part of the force follows the displacement 30 to 60 ms late.
   kUnsettledModel,     ///< Undetermined: the coefficients of a model beyond (3) do not settle.
+  kAsymmetricMass,     ///< Suspect: the mass matrix is not symmetric: the force is not that of these axes.
+  kAtBound,            ///< Suspect: a parameter stands at the end of what is searched.
+  kMethodsDiffer,      ///< Methods refined and state_variable differ by more than their joint intervals.
 };
 
 /// What an estimate is judged by; on the wire as FitTest.
@@ -72,6 +76,7 @@ enum class FitTest : std::uint8_t {
   kReflex,
   kClipping,
   kHeldSamples,
+  kCrossCheck,
   kWidth,
 };
 
@@ -131,6 +136,14 @@ struct Information {
   Eigen::Index samples = 0;
 };
 
+/// What is known of the errors of a matrix beside its elements' own intervals.
+struct MatrixUncertainty {
+  Eigen::MatrixXd covariance;               ///< Of the elements, row by row; empty: not known.
+  double freedom = 0.0;                     ///< Degrees of freedom behind it: least of the elements'.
+  std::optional<EllipseIntervals> ellipse;  ///< None: one axis, or not known.
+  AxisMatrix known_bias;  ///< Of the method, simulated (method_bias.hpp); the intervals carry it. Empty: not.
+};
+
 /// Result of identify(): starts as undetermined.
 struct Estimate {
   Method method = Method::kStateVariable;
@@ -144,6 +157,13 @@ struct Estimate {
   Parameters std;    ///< One standard deviation of each element, the trial being the independent unit.
   Parameters low;    ///< Lower ends of the 95 % intervals.
   Parameters high;   ///< Upper ends.
+  /// Of M, B and K; empty in undetermined.
+  struct Uncertainty {
+    MatrixUncertainty M;
+    MatrixUncertainty B;
+    MatrixUncertainty K;
+  } uncertainty;
+  Eigen::MatrixXd X0_covariance;  ///< m2, axes square; empty: not known.
   Eigen::MatrixXd
       covariance;        ///< Of vec(Theta), column by column: (regressors*axes) square; none in undetermined.
   AxisVector sigma;      ///< N, (16) as root mean square, of the (filtered) force that was fitted.

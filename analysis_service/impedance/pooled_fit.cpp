@@ -1,6 +1,7 @@
 #include "analysis_service/impedance/pooled_fit.hpp"
 
 #include "analysis_service/impedance/student_t.hpp"
+#include "analysis_service/impedance/uncertainty.hpp"
 
 namespace tonus::impedance {
 
@@ -40,6 +41,7 @@ std::optional<Reason> fit_pooled(const std::vector<RecursiveLeastSquares<kSize, 
   Eigen::VectorXd variance = Eigen::VectorXd::Zero(elements.size());
   constexpr Eigen::Index kElements = Eigen::Index{kSize} * kOutputs;
   Eigen::MatrixXd covariance = Eigen::MatrixXd::Zero(kElements, kElements);
+  Eigen::MatrixXd centre = Eigen::MatrixXd::Zero(kOutputs, kOutputs);
   Factor after;
   for (std::size_t g = count; g-- > 0;) {
     Factor others = before[g];
@@ -48,7 +50,10 @@ std::optional<Reason> fit_pooled(const std::vector<RecursiveLeastSquares<kSize, 
     const Eigen::Matrix<double, kSize, kOutputs> theta_g = solve(others);
     const Eigen::Matrix<double, kElements, 1> d = (theta_g - theta).reshaped();
     covariance += d * d.transpose();
-    variance += (flatten(parameters_from(theta_g, kOutputs)) - elements).cwiseAbs2();
+    const Eigen::VectorXd apart = flatten(parameters_from(theta_g, kOutputs)) - elements;
+    variance += apart.cwiseAbs2();
+    const Eigen::VectorXd shift = apart.tail(kOutputs);
+    centre += shift * shift.transpose();
     after.merge(units[g]);
   }
   const double freedom = static_cast<double>(count - 1);
@@ -60,6 +65,11 @@ std::optional<Reason> fit_pooled(const std::vector<RecursiveLeastSquares<kSize, 
   estimate.low = unflatten(elements - factor * deviation, value);
   estimate.high = unflatten(elements + factor * deviation, value);
   estimate.covariance = share * covariance;
+  estimate.X0_covariance = share * centre;
+  const auto spread_of = [&](const Eigen::VectorXd& weights) {
+    return CombinationSpread{std::sqrt(weights.dot(estimate.covariance * weights)), freedom};
+  };
+  set_uncertainty_of_theta(estimate.covariance, spread_of, estimate);
   estimate.sigma = (all.residual() / static_cast<double>(all.samples())).cwiseSqrt();  // (16)
   // Variation about the mean: the last column of the regressor is the constant, so that Z and R hold it too.
   const auto Z = all.Z();

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/impedance/uncertainty.hpp"
 #include "analysis_service/impedance/verdict.hpp"
 #include "analysis_service/spectral/identification.hpp"
 
@@ -15,7 +16,7 @@ std::string percent(double share) { return fmt::format("{:.3g} %", 100.0 * share
 
 /// What a failed check says. The remedies are in README.md.
 struct Finding {
-  FitTest test = FitTest::kExplainedShare;
+  std::optional<FitTest> test;  ///< None: a reason alone.
   Reason reason = Reason::kUnexplained;
   std::string detail;
 };
@@ -80,6 +81,16 @@ Finding finding_of(const spectral::Check& check, const spectral::Estimate& found
     case Test::kWidth:
       return {FitTest::kWidth, Reason::kWide,
               fmt::format("a 95 % half-width is {} of its matrix, at most {}", percent(v), percent(limit))};
+    case Test::kSymmetry:
+      return {std::nullopt, Reason::kAsymmetricMass,
+              fmt::format("the mass matrix's other elements differ by {} of its largest, at most {}",
+                          percent(v), percent(limit))};
+    case Test::kAtBound:
+      return {
+          std::nullopt, Reason::kAtBound,
+          fmt::format("the reflex's delay is {:.2g} ms from the end of the search, {:.3g} to {:.3g} ms; "
+                      "at least its standard error, {:.2g} ms",
+                      1e3 * v, 1e3 * spectral::kShortestReflex, 1e3 * spectral::kLongestReflex, 1e3 * limit)};
   }
   return {};
 }
@@ -97,12 +108,14 @@ Reason reason_of(spectral::Shortage shortage) {
       return Reason::kNotCoherent;
     case spectral::Shortage::kUnsettled:
       return Reason::kUnsettledModel;
+    case spectral::Shortage::kTooFewFrequencies:
+      return Reason::kRankDeficient;
   }
   return Reason::kTooFewSamples;
 }
 
-std::string detail_of(spectral::Shortage shortage, Eigen::Index samples, double seconds) {
-  switch (shortage) {
+std::string detail_of(const spectral::Estimate& found, Eigen::Index samples, double seconds) {
+  switch (found.shortage) {
     case spectral::Shortage::kNone:
     case spectral::Shortage::kTooFewSamples:
       return fmt::format("{} usable rows, at least {}", samples, spectral::kFewestRows);
@@ -117,6 +130,9 @@ std::string detail_of(spectral::Shortage shortage, Eigen::Index samples, double 
           spectral::kSegmentsOfLongest / seconds, seconds);
     case spectral::Shortage::kUnsettled:
       return "the coefficients beside M, B and K do not settle: the data do not tell them apart";
+    case spectral::Shortage::kTooFewFrequencies:
+      return fmt::format("the motion has {:.2g} independent frequencies, at least {}", found.frequencies,
+                         spectral::kFewestFrequencies);
   }
   return {};
 }
@@ -145,9 +161,14 @@ void set_centre(std::span<const Trial* const> trials, const Eigen::MatrixXd& K, 
   Eigen::VectorXd mean = Eigen::VectorXd::Zero(axes);
   for (const auto& part : parts) mean += part / static_cast<double>(parts.size());
   Eigen::VectorXd square = Eigen::VectorXd::Zero(axes);
-  for (const auto& part : parts) square += (part - mean).cwiseAbs2();
+  Eigen::MatrixXd products = Eigen::MatrixXd::Zero(axes, axes);
+  for (const auto& part : parts) {
+    square += (part - mean).cwiseAbs2();
+    products += (part - mean) * (part - mean).transpose();
+  }
   const auto count = static_cast<double>(parts.size());
   estimate.value.X0 = mean;
+  estimate.X0_covariance = products / (count * (count - 1.0));
   estimate.std.X0 = (square / (count * (count - 1.0))).cwiseSqrt();
   estimate.low.X0 = estimate.value.X0 - t95 * estimate.std.X0;
   estimate.high.X0 = estimate.value.X0 + t95 * estimate.std.X0;
@@ -233,6 +254,22 @@ std::string text_of(const std::vector<spectral::Compared>& compared) {
   return text;
 }
 
+/// The intervals' own t95 states the degrees of freedom: blocks - 1.
+void set_spectral_uncertainty(const spectral::Estimate& found, Estimate& estimate) {
+  const Eigen::Index size = Eigen::Index{found.axes} * found.axes;
+  const double freedom = std::max(1, found.blocks - 1);
+  Eigen::Index first = 0;
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K}) {
+    const Eigen::MatrixXd covariance = found.covariance.block(first, first, size, size);
+    const SpreadOf spread_of = [&](const Eigen::Vector4d& weights) {
+      const Eigen::VectorXd own = weights.head(size);
+      return CombinationSpread{std::sqrt(std::max(0.0, own.dot(covariance * own))), freedom};
+    };
+    set_uncertainty(matrix, covariance, spread_of, freedom, estimate);
+    first += size;
+  }
+}
+
 }  // namespace
 
 void identify_records(std::span<const Trial* const> trials, Model model, Estimate& estimate) {
@@ -248,9 +285,8 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
   if (found.outcome == spectral::Outcome::kNone) {
     const Reason reason = reason_of(found.shortage);
     conclude(estimate, reason, diagnosis);
-    estimate.details[reason] =
-        detail_of(found.shortage, estimate.samples,
-                  static_cast<double>(estimate.samples) * trials.front()->sample_period);
+    estimate.details[reason] = detail_of(
+        found, estimate.samples, static_cast<double>(estimate.samples) * trials.front()->sample_period);
     return;
   }
   estimate.units = static_cast<std::size_t>(found.blocks);
@@ -265,6 +301,7 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
     estimate.low.*matrix = estimate.value.*matrix - found.t95 * estimate.std.*matrix;
     estimate.high.*matrix = estimate.value.*matrix + found.t95 * estimate.std.*matrix;
   }
+  set_spectral_uncertainty(found, estimate);
   set_centre(trials, static_stiffness(found), found.t95, estimate);
   for (const spectral::Parameter& parameter : found.parameters)
     estimate.parameters.push_back(parameter_of(parameter, found.axes, found.t95));
@@ -279,7 +316,7 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
   std::optional<Reason> failure;
   for (const spectral::Check& check : found.checks) {
     Finding finding = finding_of(check, found);
-    estimate.checks.push_back({finding.test, check.value, check.limit, check.is_passed});
+    if (finding.test) estimate.checks.push_back({*finding.test, check.value, check.limit, check.is_passed});
     if (check.is_passed) continue;
     const bool is_undetermined =
         finding.reason == Reason::kWide && found.outcome == spectral::Outcome::kUndetermined;

@@ -7,6 +7,7 @@
 
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/student_t.hpp"
+#include "analysis_service/impedance/uncertainty.hpp"
 #include "analysis_service/impedance/verdict.hpp"
 #include "analysis_service/refined/identification.hpp"
 
@@ -69,6 +70,12 @@ void set_numbers(const refined::Estimate& found, Estimate& estimate) {
   const double factor = student_t_factor(0.95, std::max(1.0, found.X0_freedom));
   estimate.low.X0 = found.X0 - factor * found.X0_std;
   estimate.high.X0 = found.X0 + factor * found.X0_std;
+  estimate.X0_covariance = found.X0_covariance;
+  const auto spread_of = [&](const Eigen::VectorXd& weights) {
+    const refined::Spread spread = found.covariance->spread_of(weights);
+    return CombinationSpread{spread.std, spread.freedom};
+  };
+  set_uncertainty_of_theta(estimate.covariance, spread_of, estimate);
 }
 
 struct Finding {
@@ -164,14 +171,17 @@ void check_data(const refined::Estimate& found, Estimate& estimate) {
 
 }  // namespace
 
-std::optional<Reason> identify_refined(std::span<const Trial* const> trials, const Options& options,
-                                       Estimate& estimate) {
+refined::Estimate find_refined(std::span<const Trial* const> trials, const Options& options) {
   std::vector<refined::Trial> inputs;
   for (const Trial* trial : trials) inputs.push_back(input_of(*trial));
   const refined::Settings settings{trials.front()->sample_period, options.window,
                                    trials.front()->handle_mass};
-  const refined::Estimate found = refined::identify(inputs, settings);
-  estimate.units = trials.size();
+  return refined::identify(inputs, settings);
+}
+
+std::optional<Reason> identify_refined(const refined::Estimate& found, std::size_t trials,
+                                       const Options& options, Estimate& estimate) {
+  estimate.units = trials;
   if (const auto failure = failure_of(found.shortage)) return failure;
   estimate.samples = found.rows;
   estimate.condition_number = found.condition;

@@ -4,6 +4,7 @@
 #include <span>
 
 #include "analysis_service/impedance/identification.hpp"
+#include "analysis_service/refined/identification.hpp"
 
 namespace tonus::impedance {
 
@@ -12,11 +13,14 @@ namespace tonus::impedance {
 /// of the intervals, units. A term counts where it is significant at 1 % over the tests and moves an element
 /// of M, B, K beyond its 95 % interval; a lag, also where it exceeds 1 ms.
 ///
-/// Fills the estimate's numbers, checks and reasons, or returns why there are none. `trials` are in order and
-/// last for the window. Intervals: trial-wise covariance CR2, Student's t with the degrees of freedom of Bell
+/// Fills the estimate's numbers, checks and reasons from what was found in so many trials, or returns why
+/// there are none. Intervals: trial-wise covariance CR2, Student's t with the degrees of freedom of Bell
 /// and McCaffrey, element by element. `sigma` is that behind the test functions, `explained` of the trials'
 /// mean response there: what a trial scatters is in the intervals.
-[[nodiscard]] std::optional<Reason> identify_refined(std::span<const Trial* const> trials,
+[[nodiscard]] std::optional<Reason> identify_refined(const refined::Estimate& found, std::size_t trials,
                                                      const Options& options, Estimate& estimate);
+
+/// What method refined finds in trials that are in order and last for the window.
+[[nodiscard]] refined::Estimate find_refined(std::span<const Trial* const> trials, const Options& options);
 
 }  // namespace tonus::impedance

@@ -81,6 +81,16 @@ class StreamingIdentifier::Core {
     return {};
   }
 
+  bool remove_trial(std::uint32_t number) {
+    if (std::erase_if(trials_, [number](const Trial& trial) { return trial.number == number; }) == 0)
+      return false;
+    retune();
+    if (phase_ != Phase::kMoving) return true;
+    start_moving();  // through the filter as it is tuned now
+    for (std::size_t i = onset_; i < samples_.size(); ++i) take(samples_[i]);
+    return true;
+  }
+
   void discard_trial() {
     phase_ = Phase::kIdle;
     samples_.clear();
@@ -113,7 +123,11 @@ class StreamingIdentifier::Core {
 
   void retune() {
     const auto ordered = usable();
-    if (ordered.empty()) return;
+    if (ordered.empty()) {
+      natural_frequency_ = options_.natural_frequency.value_or(kProvisionalFrequency);
+      diagnosis_ = {};
+      return refit();
+    }
     const double tuned = tuned_natural_frequency(ordered, options_.window, options_.block);
     if (!options_.natural_frequency && tuned > 0.0) natural_frequency_ = tuned;
     diagnosis_ = diagnose(ordered, options_, tuned);
@@ -276,6 +290,7 @@ void StreamingIdentifier::mark_onset() { core_->mark_onset(); }
 void StreamingIdentifier::push(const EndpointSample& sample) { core_->push(sample); }
 Result<void> StreamingIdentifier::end_trial() { return core_->end_trial(); }
 void StreamingIdentifier::discard_trial() { core_->discard_trial(); }
+bool StreamingIdentifier::remove_trial(std::uint32_t number) { return core_->remove_trial(number); }
 Estimate StreamingIdentifier::estimate() const { return core_->estimate(); }
 Result<Estimate> StreamingIdentifier::finish() const { return core_->finish(); }
 std::span<const Trial> StreamingIdentifier::trials() const { return core_->trials(); }

@@ -50,6 +50,10 @@ class StreamingIdentifier {
   [[nodiscard]] Result<void> end_trial();
   void discard_trial();
 
+  /// A trial that had ended does not count any more: what follows is as if it had never been there. The trial
+  /// under way goes on. False: there is no such trial. Allocates.
+  bool remove_trial(std::uint32_t number);
+
   /// From all trials ended and the one under way so far; no trace; the data are diagnosed at each trial's
   /// end. The number of independent units includes the trial under way.
   [[nodiscard]] Estimate estimate() const;

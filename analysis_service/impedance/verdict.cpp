@@ -6,9 +6,15 @@
 
 #include "analysis_service/impedance/ellipse.hpp"
 #include "analysis_service/impedance/force_lag.hpp"
+#include "analysis_service/spectral/statistics.hpp"
 
 namespace tonus::impedance {
 namespace {
+
+constexpr double kMostMisfit = 3.0;  // of the mean response, in what the trials' own scatter makes of it
+constexpr double kMostMisfitShare = 0.02;  // of the mean response's force
+constexpr double kSymmetryLevel = 1e-4;    // one-sided
+constexpr double kMostAsymmetry = 0.04;    // of the largest mass, between the other elements
 
 bool is_positive_definite(const AxisMatrix& Z) {
   return Z.rows() == 1 ? Z(0, 0) > 0.0 : not_an_ellipse(Eigen::Matrix2d(Z)) == "ok";
@@ -21,6 +27,26 @@ bool is_every_diagonal_negative(const Estimate& estimate) {
     if (!(matrix->diagonal().maxCoeff() < 0.0)) return false;
   }
   return true;
+}
+
+/// Mass is symmetric: kinetic energy is a square.
+void check_symmetry(Estimate& estimate) {
+  const Eigen::Index regressors = estimate.covariance.rows() / 2;
+  if (estimate.axes != 2 || estimate.model != Model::kLinear || estimate.units < 2 || regressors < 2) return;
+  const Eigen::MatrixXd& C = estimate.covariance;  // of M(0, j) at j, of M(1, j) at regressors + j
+  const double difference = std::abs(estimate.value.M(0, 1) - estimate.value.M(1, 0));
+  const double deviation =
+      std::sqrt(std::max(0.0, C(1, 1) + C(regressors, regressors) - C(1, regressors) - C(regressors, 1)));
+  const double largest = estimate.value.M.cwiseAbs().maxCoeff();
+  const double half = 0.5 * (estimate.high.M - estimate.low.M).maxCoeff();
+  const double strict =
+      spectral::student_t_quantile(1.0 - kSymmetryLevel, static_cast<double>(estimate.units - 1)) * deviation;
+  const double limit = std::max({strict, kMostAsymmetry * largest, half});
+  if (difference <= limit) return;
+  estimate.reasons.push_back(Reason::kAsymmetricMass);
+  estimate.details[Reason::kAsymmetricMass] =
+      fmt::format("the mass matrix's other elements differ by {:.3g} % of its largest, at most {:.3g} %",
+                  100.0 * difference / largest, 100.0 * limit / largest);
 }
 
 void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
@@ -41,6 +67,14 @@ void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {
     const bool is_passed = !diagnosis.is_force_shifted;
     estimate.checks.push_back(
         {FitTest::kLag, lag, is_passed ? std::max(kLagTolerated, lag) : kLagTolerated, is_passed});
+  }
+  if (diagnosis.is_lag_examined && estimate.model == Model::kLinear) {
+    const bool is_passed = diagnosis.misfit < kMostMisfit || diagnosis.misfit_share < kMostMisfitShare;
+    const double share = diagnosis.misfit_share;
+    add(FitTest::kBands, share, is_passed ? std::max(share, kMostMisfitShare) : kMostMisfitShare, is_passed,
+        Reason::kMisfit,
+        fmt::format("the model leaves {:.3g} % of the force's mean response, at most {:.3g} %", 100.0 * share,
+                    100.0 * kMostMisfitShare));
   }
   const auto units = static_cast<double>(estimate.units);
   add(FitTest::kUnits, units, kFewestUnits, estimate.units >= kFewestUnits, Reason::kFewUnits,
@@ -123,6 +157,12 @@ std::string_view name_of(Reason reason) {
       return "reflex";
     case Reason::kUnsettledModel:
       return "unsettled_model";
+    case Reason::kAsymmetricMass:
+      return "asymmetric_mass";
+    case Reason::kAtBound:
+      return "at_bound";
+    case Reason::kMethodsDiffer:
+      return "methods_differ";
   }
   return "unknown";
 }
@@ -133,6 +173,13 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     if (is_so) estimate.reasons.push_back(reason);
   };
   if (failure) estimate.reasons.push_back(*failure);
+  if (!failure) check_symmetry(estimate);
+  if (diagnosis.cross_check && !failure) {
+    const CrossCheck& check = *diagnosis.cross_check;
+    estimate.checks.push_back({FitTest::kCrossCheck, check.value, kLargestDifference, check.is_passed()});
+    add(!check.is_passed(), Reason::kMethodsDiffer);
+    if (!check.is_passed()) estimate.details[Reason::kMethodsDiffer] = check.detail;
+  }
   add(diagnosis.is_force_collinear, Reason::kCollinearForce);
   add(diagnosis.is_force_shifted, Reason::kForceShifted);
   add(diagnosis.is_force_clipped, Reason::kClippedForce);
@@ -140,6 +187,8 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     estimate.status = Status::kUndetermined;
     estimate.value = estimate.std = estimate.low = estimate.high = {};
     estimate.covariance.resize(0, 0);
+    estimate.uncertainty = {};
+    estimate.X0_covariance.resize(0, 0);
     estimate.parameters.clear();
     estimate.trace.clear();
     estimate.settling_time.reset();

@@ -12,9 +12,10 @@ inline constexpr double kLeastExplained = 0.8;  ///< Of the force's variation ab
 inline constexpr std::size_t kFewestUnits = 5;  ///< Trials or blocks: with fewer, Student's t exceeds 3.
 
 /// Sets status and reasons. An estimate that has no checks yet gets those of the published methods: explained
-/// share, units, and the lag of the force where it was examined. A `failure` means undetermined: all numbers
-/// are emptied. Otherwise a defect of the data, or a stiffness, mass or (in model (3)) damping whose
-/// symmetric part is not positive definite, is suspect.
+/// share, units, and, where they were examined, the lag of the force and what the model leaves of the mean
+/// response. A mass matrix whose other elements differ by more than their interval is suspect. A `failure`
+/// means undetermined: all numbers are emptied. Otherwise a defect of the data, or a stiffness, mass or (in
+/// model (3)) damping whose symmetric part is not positive definite, is suspect.
 void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis& diagnosis);
 
 }  // namespace tonus::impedance

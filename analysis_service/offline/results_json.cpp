@@ -46,9 +46,10 @@ std::vector<OfflineEstimate> published_results(const store::Session& session) {
                            {},
                            estimate};
     for (const auto& trial : session.trials) {
-      if (!trial.verdict || trial.verdict->value.is_valid()) continue;
-      if (trial.verdict->value.posture_index() == estimate.posture_index())
-        result.left_out.push_back({trial.attempt, trial.verdict->value.detail()});
+      const auto verdict = store::standing_verdict(trial);
+      if (!verdict || verdict->is_valid()) continue;
+      if (verdict->posture_index() == estimate.posture_index())
+        result.left_out.push_back({trial.attempt, verdict->detail()});
     }
     results.push_back(std::move(result));
   }

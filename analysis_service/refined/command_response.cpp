@@ -28,6 +28,7 @@ class OutputError {
   using Unknowns = Eigen::Vector<double, kUnknowns>;  // P, Q, G column by column, delay
 
   explicit OutputError(const MeanResponse& measured) : measured_(measured) {
+    if (measured.of_axis.empty()) return;  // nothing to fit, only to respond to
     const Eigen::Index rows = measured.shape.size();
     target_.resize(rows, kElements);
     for (int b = 0; b < kAxes; ++b) {
@@ -39,8 +40,8 @@ class OutputError {
 
   [[nodiscard]] double squares() const { return target_.squaredNorm(); }
 
-  /// R(t) of (3), rows x elements; not finite where (3) has no solution.
-  [[nodiscard]] Eigen::MatrixXd response(const Unknowns& p) const {
+  /// R(t) of (3), rows x elements; not finite where (3) has no solution. `rate`, where asked for: R'(t).
+  [[nodiscard]] Eigen::MatrixXd response(const Unknowns& p, Eigen::MatrixXd* rate = nullptr) const {
     using State = Eigen::Matrix<double, 2 * kAxes, kAxes>;
     constexpr int kSize = 4 * kAxes;
     const double h = measured_.sample_period;
@@ -55,6 +56,7 @@ class OutputError {
     held.template block<kAxes, kAxes>(2 * kAxes, 3 * kAxes) = Matrix::Identity();
     const Eigen::Index rows = measured_.shape.size();
     Eigen::MatrixXd out = Eigen::MatrixXd::Zero(rows, kElements);
+    if (rate != nullptr) *rate = out;
     if (!held.allFinite() || held.norm() > 1e3) {
       out.fill(std::numeric_limits<double>::quiet_NaN());
       return out;
@@ -71,9 +73,32 @@ class OutputError {
       const double now = command(static_cast<double>(k) - delay);
       x = (E * x + G1 * before + G2 * (now - before)).eval();
       out.row(k) = x.template topRows<kAxes>().reshaped().transpose();
+      if (rate != nullptr) rate->row(k) = x.template bottomRows<kAxes>().reshaped().transpose();
       before = now;
     }
     return out;
+  }
+
+  /// The motion by axis: x" by (3) itself.
+  [[nodiscard]] std::vector<AxisMotion> motion(const Unknowns& p) const {
+    Eigen::MatrixXd rate;
+    const Eigen::MatrixXd place = response(p, &rate);
+    const Matrix inertia = p.template head<kElements>().reshaped(kAxes, kAxes).inverse();
+    const Matrix Q = p.template segment<kElements>(kElements).reshaped(kAxes, kAxes);
+    const Matrix G = p.template segment<kElements>(2 * kElements).reshaped(kAxes, kAxes);
+    const double delay = p[kUnknowns - 1] / measured_.sample_period;
+    std::vector<AxisMotion> all;
+    for (int b = 0; b < kAxes; ++b) {
+      AxisMotion one{place.middleCols(b * kAxes, kAxes), rate.middleCols(b * kAxes, kAxes), {}};
+      one.a.resize(place.rows(), kAxes);
+      for (Eigen::Index k = 0; k < place.rows(); ++k) {
+        const Eigen::Vector<double, kAxes> driven = G.col(b) * command(static_cast<double>(k) - delay);
+        one.a.row(k) =
+            (inertia * (driven - Q * one.v.row(k).transpose() - one.x.row(k).transpose())).transpose();
+      }
+      all.push_back(std::move(one));
+    }
+    return all;
   }
 
   [[nodiscard]] double error(const Unknowns& p, Eigen::MatrixXd& residual) const {
@@ -206,11 +231,21 @@ CommandResponse fit(const MeanResponse& measured) {
   const Eigen::MatrixXd response = problem.response(*best);
   for (int b = 0; b < kAxes; ++b) found.of_axis.emplace_back(response.middleCols(b * kAxes, kAxes));
   found.unexplained = least / whole;
+  found.unknowns = *best;
   found.is_found = true;
   return found;
 }
 
 }  // namespace
+
+std::vector<AxisMotion> motion_of(const CommandResponse& fitted, Eigen::Index axes,
+                                  const Eigen::VectorXd& shape, double sample_period) {
+  MeanResponse command;
+  command.sample_period = sample_period;
+  command.shape = shape;
+  if (axes == 1) return OutputError<1>(command).motion(fitted.unknowns);
+  return OutputError<2>(command).motion(fitted.unknowns);
+}
 
 CommandResponse command_response(const MeanResponse& measured) {
   return measured.of_axis.size() == 1 ? fit<1>(measured) : fit<2>(measured);

@@ -18,7 +18,15 @@ struct MeanResponse {
 struct CommandResponse {
   std::vector<Eigen::MatrixXd> of_axis;  ///< As in MeanResponse.
   double unexplained = 1.0;              ///< Share of the mean response's squares that (3) leaves.
+  Eigen::VectorXd unknowns;              ///< P, Q, G, each column by column (SI, G 1), and the delay d, s.
   bool is_found = false;
+};
+
+/// Motion of (3) for a command of 1 m along one axis, rows x axes.
+struct AxisMotion {
+  Eigen::MatrixXd x;  ///< m.
+  Eigen::MatrixXd v;  ///< m/s.
+  Eigen::MatrixXd a;  ///< m/s2.
 };
 
 /// Fits (3), P x" + Q x' + x = G xc(t - d), to the mean response by output error: Levenberg-Marquardt over
@@ -26,5 +34,9 @@ struct CommandResponse {
 /// oscillators. Between rows the command is a straight line. Where (3) holds only roughly, the instrument
 /// stays independent of the disturbance; the estimate then loses precision, not consistency.
 [[nodiscard]] CommandResponse command_response(const MeanResponse& measured);
+
+/// The fitted response, by axis, to a command of this shape at this sample period (s). `fitted` was found.
+[[nodiscard]] std::vector<AxisMotion> motion_of(const CommandResponse& fitted, Eigen::Index axes,
+                                                const Eigen::VectorXd& shape, double sample_period);
 
 }  // namespace tonus::refined

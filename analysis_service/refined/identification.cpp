@@ -164,6 +164,7 @@ void set_centre(const WeightedFit& fit, const Prepared& prepared, Estimate& esti
   const Eigen::MatrixXd apart = centres.rowwise() - estimate.X0.transpose();
   // The offsets' scatter also served to fit K, along as many directions as there are axes.
   estimate.X0_freedom = static_cast<double>(count - 1 - axes);
+  estimate.X0_covariance = apart.transpose() * apart / (estimate.X0_freedom * static_cast<double>(count));
   estimate.X0_std =
       (apart.colwise().squaredNorm() / (estimate.X0_freedom * static_cast<double>(count))).cwiseSqrt();
 }
@@ -194,6 +195,24 @@ double neighbours(const WeightedFit& fit) {
     largest = std::max(largest, std::abs(product / square));
   }
   return largest;
+}
+
+/// At the samples' rate, to the end of the shortest trial.
+CommandMotion command_motion(const std::vector<Trial>& trials, const Commands& commands,
+                             const CommandResponse& response, const Settings& settings) {
+  Frame frame = frame_of(trials, settings);
+  Eigen::Index moving = trials.front().displacement.rows() - trials.front().onset;
+  for (const Trial& trial : trials) moving = std::min(moving, trial.displacement.rows() - trial.onset);
+  frame.rows = frame.rest + moving;
+  Commands of_all;
+  CommandMotion motion;
+  if (read_commands(trials, frame, of_all) != Shortage::kNone) return motion;
+  motion.rest = frame.rest;
+  motion.targets = commands.targets;
+  // The shape is a share of the command where it is farthest in the window.
+  of_all.shape *= of_all.targets.norm() / commands.targets.norm();
+  motion.of_axis = motion_of(response, commands.targets.cols(), of_all.shape, settings.sample_period);
+  return motion;
 }
 
 }  // namespace
@@ -228,6 +247,7 @@ Estimate identify(const std::vector<Trial>& trials, const Settings& settings) {
   estimate.order = fit.process.order();
   estimate.rows = frame.rows * static_cast<Eigen::Index>(trials.size());
   estimate.command_unexplained = response.unexplained;
+  estimate.motion = command_motion(trials, commands, response, settings);
   estimate.process = fit.process;
   estimate.offset_scatter = fit.offset_scatter;
   estimate.white = neighbours(fit);

@@ -6,6 +6,7 @@
 #include <vector>
 
 #include "analysis_service/refined/alternatives.hpp"
+#include "analysis_service/refined/command_response.hpp"
 #include "analysis_service/refined/trial_covariance.hpp"
 
 namespace tonus::refined {
@@ -41,6 +42,14 @@ enum class Shortage : std::uint8_t {
 
 inline constexpr std::size_t kFewestTrials = 4;
 
+/// The motion that the command alone makes, over the rows that all trials have around their onsets, at the
+/// rate of the samples: in trial j, targets(j, b) of of_axis[b], summed.
+struct CommandMotion {
+  Eigen::Index rest = 0;    ///< Rows before the onset.
+  Eigen::MatrixXd targets;  ///< m, trials x axes.
+  std::vector<AxisMotion> of_axis;
+};
+
 /// M, B, K of F = M x" + B x' + K (x - X0), with what an interval needs. Empty while there is a shortage.
 struct Estimate {
   Shortage shortage = Shortage::kTooFewTrials;
@@ -48,6 +57,7 @@ struct Estimate {
   std::optional<TrialCovariance> covariance;  ///< Of vec(theta).
   Eigen::VectorXd X0;                         ///< m, from the rest's mean position, mean over trials.
   Eigen::VectorXd X0_std;                     ///< m, of that mean.
+  Eigen::MatrixXd X0_covariance;              ///< m2.
   double X0_freedom = 0.0;
   Eigen::VectorXd sigma;             ///< N, root mean square of the residual behind the test functions, axes.
   double condition = 0.0;            ///< Of the whitened instruments, columns of unit length.
@@ -58,6 +68,7 @@ struct Estimate {
   std::vector<AlternativeTest> alternatives;
   LagTest lag;
   MisfitTest misfit;
+  CommandMotion motion;
   ResidualProcess process;         ///< At test functions 20 ms apart.
   Eigen::MatrixXd offset_scatter;  ///< N2.
 };

@@ -116,8 +116,9 @@ Result<void> write_report(const study::Study& study, const std::filesystem::path
 
   progress("tables");
   const std::vector<Table> paper{table_one(study), table_two(study), table_three(study), table_four(study)};
-  const std::vector<Table> beyond{coverage_table(study), spread_table(study), patterns_table(study),
-                                  loaded_table(study)};
+  progress("what the numbers are worth");
+  const std::vector<Table> beyond{coverage_table(study), intervals_table(study), worth_table(study),
+                                  spread_table(study),   patterns_table(study),  loaded_table(study)};
   const Table sources = sources_table(study);
   const std::vector<Figure> drawn = figures(study);
   for (const auto* tables : {&paper, &beyond}) {

@@ -19,6 +19,10 @@ namespace tonus::report {
 
 /// Which share of the true elements of M, B and K lies in the stated 95 % intervals, by method.
 [[nodiscard]] Table coverage_table(const study::Study& study);
+/// Link masses and joint constants with their 95 % intervals.
+[[nodiscard]] Table intervals_table(const study::Study& study);
+/// What each method's numbers are worth on each subject, by simulation around the measured conditions.
+[[nodiscard]] Table worth_table(const study::Study& study);
 /// How many entries of Tables I, III and IV lie within the published spread of the cohort's truth: one
 /// standard deviation as printed for the same subject (Table I: subjects 1 to 3; Table IV, which prints none:
 /// that of the subject's tau and zeta in Table III).

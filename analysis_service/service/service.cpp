@@ -26,6 +26,8 @@ std::vector<impedance::Method> methods_needed(const v1::SessionPlan& plan) {
 
 constexpr std::size_t kBlocksAtOnce = 512;
 constexpr std::chrono::milliseconds kRetry{20};
+/// Of trials rejected by hand; beyond that those of other sessions are let go.
+constexpr std::size_t kMostReviews = 16384;
 /// Verdicts that the bus did not take; more means that the bus is gone.
 constexpr std::size_t kMostVerdictsHeld = 4096;
 
@@ -44,6 +46,8 @@ Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr
   if (!plans) return plans.error();
   auto states = bus::TypedReader<v1::SessionState>::create(bus, topics::kSessionState, notifier);
   if (!states) return states.error();
+  TONUS_TRY_ASSIGN(auto reviews,
+                   bus::TypedReader<v1::TrialReview>::create(bus, topics::kTrialReview, notifier));
   auto verdicts = bus::TypedWriter<v1::TrialVerdict>::create(bus, topics::kTrialVerdict);
   if (!verdicts) return verdicts.error();
   auto live = bus::TypedWriter<v1::Estimate>::create(bus, topics::kEstimateLive);
@@ -52,10 +56,10 @@ Result<ServiceEndpoints> ServiceEndpoints::create(bus::Bus& bus, std::shared_ptr
   if (!estimates) return estimates.error();
   auto resends = bus::TypedWriter<v1::ArchiveResend>::create(bus, topics::kArchiveResend);
   if (!resends) return resends.error();
-  return ServiceEndpoints{std::move(*descriptions), std::move(*samples), std::move(*commands),
-                          std::move(*outcomes),     std::move(*plans),   std::move(*states),
-                          std::move(*verdicts),     std::move(*live),    std::move(*estimates),
-                          std::move(*resends)};
+  return ServiceEndpoints{std::move(*descriptions), std::move(*samples),  std::move(*commands),
+                          std::move(*outcomes),     std::move(*plans),    std::move(*states),
+                          std::move(reviews),       std::move(*verdicts), std::move(*live),
+                          std::move(*estimates),    std::move(*resends)};
 }
 
 IdentificationService::IdentificationService(const ServiceSettings& settings, ServiceEndpoints endpoints,
@@ -77,6 +81,7 @@ Clock::TimePoint IdentificationService::step() {
   publish_live();
   take_outcomes(now);
   take_states();
+  take_reviews();
   publish(core_.advance(now, endpoints_.resends.status().matched_readers > 0));
   flush();
   report_health();
@@ -146,6 +151,17 @@ void IdentificationService::take_states() {
   }
 }
 
+void IdentificationService::take_reviews() {
+  for (auto& received : runtime::drain(endpoints_.reviews)) {
+    const v1::TrialReview& review = received.value;
+    if (!review.is_rejected()) continue;
+    if (reviews_.size() >= kMostReviews)
+      std::erase_if(reviews_, [this](const auto& known) { return known.second.session_id() != session_; });
+    if (review.session_id() == session_) core_.reject(review.trial_id(), review.attempt());
+    reviews_[review.trial_id()] = review;
+  }
+}
+
 bool IdentificationService::is_decided(const TrialPlan& trial) const {
   return state_ && state_->session_id() == trial.session && state_->attempts() >= trial.attempt &&
          state_->trial_id() != trial.trial;
@@ -155,6 +171,9 @@ void IdentificationService::set_session(const Id& session) {
   if (session == session_) return;
   session_ = session;
   core_.set_session(session);
+  for (const auto& [trial, review] : reviews_) {
+    if (review.session_id() == session) core_.reject(trial, review.attempt());
+  }
   spdlog::info("session {}", to_hex(session));
 }
 

@@ -35,6 +35,7 @@ struct ServiceEndpoints {
   bus::TypedReader<v1::TrialOutcome> outcomes;
   bus::TypedReader<v1::SessionPlan> plans;
   bus::TypedReader<v1::SessionState> states;
+  bus::TypedReader<v1::TrialReview> reviews;
   bus::TypedWriter<v1::TrialVerdict> verdicts;
   bus::TypedWriter<v1::Estimate> live;
   bus::TypedWriter<v1::Estimate> estimates;
@@ -70,6 +71,7 @@ class IdentificationService {
   void take_outcomes(Clock::TimePoint now);
   void set_session(const Id& session);
   void take_states();
+  void take_reviews();
   /// Whether the scheduler has gone on from the trial: it was judged before this service began.
   [[nodiscard]] bool is_decided(const TrialPlan& trial) const;
   void publish(const IdentificationCore::Output& output);
@@ -89,6 +91,7 @@ class IdentificationService {
   Id session_{};
   std::string session_started_at_;
   std::optional<v1::SessionState> state_;  // of session_, the newest
+  std::map<Id, v1::TrialReview> reviews_;  // by trial; they may come before the plan of their session
   std::deque<v1::TrialVerdict> verdicts_;  // not yet taken by the bus
   std::map<Id, v1::Estimate> estimates_;   // likewise, the newest of each
   std::vector<bus::Received<v1::SampleBlock>> blocks_;

@@ -7,6 +7,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/impedance/ellipse.hpp"
+#include "analysis_service/impedance/uncertainty.hpp"
 
 namespace tonus::identification {
 namespace {
@@ -109,20 +110,16 @@ std::array<double, 2> elements(const impedance::AxisVector& vector) {
   return values;
 }
 
-/// Nothing is known but what is set.
-v1::MatrixEstimate unknown_matrix() {
-  v1::MatrixEstimate wire;
-  wire.covariance().fill(kUnknown);
-  wire.known_bias().fill(kUnknown);
-  wire.size_low95(kUnknown);
-  wire.size_high95(kUnknown);
-  wire.shape_low95(kUnknown);
-  wire.shape_high95(kUnknown);
-  wire.orientation_low95_deg(kUnknown);
-  wire.orientation_high95_deg(kUnknown);
-  wire.curl_low95(kUnknown);
-  wire.curl_high95(kUnknown);
-  return wire;
+void set_intervals(const impedance::EllipseIntervals& intervals, v1::MatrixEstimate& wire) {
+  constexpr double kDegrees = 180.0 / std::numbers::pi;
+  wire.size_low95(intervals.size.low);
+  wire.size_high95(intervals.size.high);
+  wire.shape_low95(intervals.shape.low);
+  wire.shape_high95(intervals.shape.high);
+  wire.orientation_low95_deg(kDegrees * intervals.orientation.low);
+  wire.orientation_high95_deg(kDegrees * intervals.orientation.high);
+  wire.curl_low95(intervals.curl.low);
+  wire.curl_high95(intervals.curl.high);
 }
 
 v1::MatrixEstimate to_wire_matrix(const impedance::Estimate& estimate,
@@ -132,16 +129,12 @@ v1::MatrixEstimate to_wire_matrix(const impedance::Estimate& estimate,
   wire.standard_error(elements(estimate.std.*matrix));
   wire.low95(elements(estimate.low.*matrix));
   wire.high95(elements(estimate.high.*matrix));
+  const impedance::MatrixUncertainty& uncertainty = impedance::uncertainty_of(estimate, matrix);
+  set_covariance(uncertainty.covariance, wire);
+  if (uncertainty.known_bias.size() > 0) wire.known_bias(elements(uncertainty.known_bias));
   const impedance::AxisMatrix& value = estimate.value.*matrix;
   if (value.rows() != 2 || value.cols() != 2) return wire;
-  const Eigen::Matrix2d Z = value;
-  const auto ellipse = impedance::ellipse_of(Z);
-  if (!ellipse) return wire;
-  wire.has_ellipse(true);
-  wire.size(ellipse->size);
-  wire.shape(ellipse->shape);
-  wire.orientation_deg(ellipse->orientation * 180.0 / std::numbers::pi);
-  if (const auto curl = impedance::curl_of(Z)) wire.curl(curl->p_mean);
+  set_ellipse(Eigen::Matrix2d(value), uncertainty.ellipse, wire);
   return wire;
 }
 
@@ -181,6 +174,8 @@ v1::FitTest to_wire_test(impedance::FitTest test) {
       return v1::FIT_CLIPPING;
     case FitTest::kHeldSamples:
       return v1::FIT_HELD_SAMPLES;
+    case FitTest::kCrossCheck:
+      return v1::FIT_CROSS_CHECK;
     case FitTest::kWidth:
       return v1::FIT_WIDTH;
   }
@@ -262,6 +257,40 @@ std::uint32_t to_count(std::uint64_t count) {
 }
 
 }  // namespace
+
+v1::MatrixEstimate unknown_matrix() {
+  v1::MatrixEstimate wire;
+  wire.covariance().fill(kUnknown);
+  wire.known_bias().fill(kUnknown);
+  wire.size_low95(kUnknown);
+  wire.size_high95(kUnknown);
+  wire.shape_low95(kUnknown);
+  wire.shape_high95(kUnknown);
+  wire.orientation_low95_deg(kUnknown);
+  wire.orientation_high95_deg(kUnknown);
+  wire.curl_low95(kUnknown);
+  wire.curl_high95(kUnknown);
+  return wire;
+}
+
+void set_covariance(const Eigen::MatrixXd& covariance, v1::MatrixEstimate& wire) {
+  for (Eigen::Index i = 0; i < covariance.rows(); ++i) {
+    for (Eigen::Index j = 0; j < covariance.cols(); ++j)
+      wire.covariance()[static_cast<std::size_t>(4 * i + j)] = covariance(i, j);
+  }
+}
+
+void set_ellipse(const Eigen::Matrix2d& Z, const std::optional<impedance::EllipseIntervals>& intervals,
+                 v1::MatrixEstimate& wire) {
+  const auto ellipse = impedance::ellipse_of(Z);
+  if (!ellipse) return;
+  wire.has_ellipse(true);
+  wire.size(ellipse->size);
+  wire.shape(ellipse->shape);
+  wire.orientation_deg(ellipse->orientation * 180.0 / std::numbers::pi);
+  if (const auto curl = impedance::curl_of(Z)) wire.curl(curl->p_mean);
+  if (intervals) set_intervals(*intervals, wire);
+}
 
 Row from_wire(const v1::RigSample& wire) {
   const contract::SampleFlags flags = contract::flags_of(wire);
@@ -389,6 +418,10 @@ v1::Estimate to_wire(const ConditionEstimate& estimate, const RigUnits& units) {
   v1::VectorEstimate centre;
   centre.value(elements(found.value.X0));
   centre.covariance().fill(kUnknown);
+  for (Eigen::Index i = 0; i < found.X0_covariance.rows(); ++i) {
+    for (Eigen::Index j = 0; j < found.X0_covariance.cols(); ++j)
+      centre.covariance()[static_cast<std::size_t>(2 * i + j)] = found.X0_covariance(i, j);
+  }
   centre.standard_error(elements(found.std.X0));
   centre.low95(elements(found.low.X0));
   centre.high95(elements(found.high.X0));

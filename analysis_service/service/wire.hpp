@@ -41,4 +41,11 @@ using contract::RigUnits;
 /// of a one-axis rig.
 [[nodiscard]] v1::Estimate to_wire(const ConditionEstimate& estimate, const RigUnits& units);
 
+/// A matrix of which nothing is known; its elements' covariance, row by row; its ellipse with what is known
+/// of its intervals. For what makes estimates beside the service: a prior.
+[[nodiscard]] v1::MatrixEstimate unknown_matrix();
+void set_covariance(const Eigen::MatrixXd& covariance, v1::MatrixEstimate& wire);
+void set_ellipse(const Eigen::Matrix2d& Z, const std::optional<impedance::EllipseIntervals>& intervals,
+                 v1::MatrixEstimate& wire);
+
 }  // namespace tonus::identification

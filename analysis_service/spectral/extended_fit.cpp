@@ -40,6 +40,7 @@ class Turns {
         linear_(linear.p.cwiseProduct(linear.unit)) {
     lead_ = lag_of(linear);
     settings_.is_lag_known = true;
+    settings_.start = start_from(linear);
     settings_.range = {0.999 * linear.w[0] / kTau, 1.001 * linear.w[linear.w.size() - 1] / kTau};
     if (addition == Addition::kFriction) terms_ = {Term::kFriction};
     if (addition == Addition::kCubic) terms_ = {Term::kPosition, Term::kHardening};
@@ -52,6 +53,7 @@ class Turns {
     for (int turn = 0; turn < kMostTurns; ++turn) {
       auto fit = fit_segments<N>(corrected_, length_, settings_, lead_);
       if (!fit || !fit->p.allFinite() || !fit->covariance.allFinite()) return std::nullopt;
+      settings_.start = start_from(*fit);
       const Coefficients before = now_;
       regress(*fit);
       if (!now_.value.allFinite() || !now_.error.allFinite()) return std::nullopt;

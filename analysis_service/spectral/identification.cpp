@@ -136,6 +136,7 @@ std::optional<Candidate<N>> best_part(std::span<const Record> records, const Can
       if (edges[j] <= 1.9 * edges[i]) continue;
       FitSettings part = settings;
       part.range = {edges[i], edges[j]};
+      part.start = start_from(whole.fit);
       auto candidate = candidate_of<N>(records, whole.fit.length, part, whole.fit.lead);
       if (candidate && (!best || candidate->width() < best->width())) best = std::move(candidate);
     }
@@ -150,6 +151,7 @@ struct Search {
   std::vector<Record> records;  ///< filled()
   FitSettings settings;
   std::optional<Candidate<N>> whole;  ///< The linear model over the whole excited band.
+  double frequencies = 0.0;           ///< Independent ones.
   Shortage shortage = Shortage::kNone;
 };
 
@@ -170,7 +172,12 @@ void find_length(Search<N>& search) {
     if (candidate && (!search.whole || candidate->width() < search.whole->width()))
       search.whole = std::move(candidate);
   }
-  if (!search.whole) search.shortage = has_segments ? Shortage::kNotCoherent : Shortage::kTooFewSegments;
+  if (!search.whole) {
+    search.shortage = has_segments ? Shortage::kNotCoherent : Shortage::kTooFewSegments;
+    return;
+  }
+  search.frequencies = independent_frequencies(search.whole->fit);
+  if (search.frequencies < kFewestFrequencies) search.shortage = Shortage::kTooFewFrequencies;
 }
 
 /// Numbers, terms and checks of a fit to `records`.
@@ -178,6 +185,7 @@ template <int N>
 void conclude(const Search<N>& search, std::span<const Record> records, const Candidate<N>& chosen,
               const Eigen::VectorXd& least_variance, Estimate& estimate) {
   set_numbers(chosen, least_variance, estimate);
+  estimate.frequencies = search.frequencies;
   estimate.segment_duration = static_cast<double>(chosen.fit.length) * records.front().sample_period;
   estimate.terms = fit_terms<N>(records, chosen.fit);
   judge<N>({search.raw, chosen.fit, chosen.misfit, search.whole->misfit.largest, search.settings.most_lag},
@@ -209,6 +217,7 @@ Estimate linear_estimate(const Search<N>& search) {
     records = aligned;
     FitSettings settings = search.settings;
     settings.is_lag_known = true;
+    settings.start = start_from(chosen.fit);
     const auto& w = chosen.fit.w;
     settings.range = {0.999 * w[0] / (2.0 * std::numbers::pi),
                       1.001 * w[w.size() - 1] / (2.0 * std::numbers::pi)};
@@ -270,8 +279,9 @@ Estimate identify(std::span<const Record> raw, std::vector<Record> records, cons
   search.records = std::move(records);
   search.settings.most_lag = std::max(settings.most_lag, 2.0 * raw.front().sample_period);
   find_length(search);
-  if (!search.whole) {
+  if (search.shortage != Shortage::kNone) {
     Estimate none;
+    none.frequencies = search.frequencies;
     none.axes = N;
     none.addition = settings.is_automatic ? Addition::kNone : settings.addition;
     none.shortage = search.shortage;

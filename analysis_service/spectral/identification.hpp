@@ -28,6 +28,8 @@ enum class Test : std::uint8_t {
   kHeldSamples,  ///< Share of samples that repeat or only join others, at most.
   kSteadiness,   ///< sqrt of the blocks' scatter over what the noise explains, at most.
   kWidth,        ///< Largest 95 % half-width relative to its matrix, at most.
+  kSymmetry,     ///< Two axes: difference of the mass matrix's other elements over its largest, at most.
+  kAtBound,      ///< Reflex: s from its delay to the nearer end of what is searched, at least.
 };
 
 struct Check {
@@ -46,14 +48,18 @@ enum class Outcome : std::uint8_t {
 /// Why there are no numbers.
 enum class Shortage : std::uint8_t {
   kNone,
-  kTooFewSamples,   ///< Fewer than kFewestRows usable rows.
-  kNoMotion,        ///< A channel does not move.
-  kTooFewSegments,  ///< No length gives kFewestSegments segments between gaps while the input is on.
-  kNotCoherent,     ///< Fewer than 8 bins in which force and motion are coherent on every axis.
-  kUnsettled,       ///< The coefficients of the addition do not settle.
+  kTooFewSamples,      ///< Fewer than kFewestRows usable rows.
+  kNoMotion,           ///< A channel does not move.
+  kTooFewSegments,     ///< No length gives kFewestSegments segments between gaps while the input is on.
+  kNotCoherent,        ///< Fewer than 8 bins in which force and motion are coherent on every axis.
+  kUnsettled,          ///< The coefficients of the addition do not settle.
+  kTooFewFrequencies,  ///< The motion has too few independent frequencies to test the model by.
 };
 
 inline constexpr Eigen::Index kFewestRows = 200;
+/// Independent frequencies of the motion: two determine M, B, K and the lag, and leave nothing to test them
+/// by.
+inline constexpr double kFewestFrequencies = 2.2;
 inline constexpr double kSegmentsOfLongest =
     5.5;  ///< Of the time with input, over the longest segment tried.
 
@@ -90,6 +96,7 @@ struct Estimate {
   double explained = 0.0;    ///< Of the force's power in the band.
   double unaccounted = 0.0;  ///< Share that neither the model explains nor the sensors' noise above the band.
   double coherence = 0.0;    ///< Mean over the band.
+  double frequencies = 0.0;  ///< Independent ones of the motion.
   Eigen::VectorXd sigma;     ///< N, root mean square of the residual in the band.
   bool is_part_of_band = false;  ///< The model holds in a part of the excited band only: this one.
   std::vector<Check> checks;

@@ -22,8 +22,9 @@ constexpr double kMostVariation = 8.0;      // of the blocks over what the noise
 constexpr double kVariationMatters = 0.02;  // relative half-width below which it does not
 constexpr double kMostPositionChange = 0.2;
 constexpr double kHalvesEffect = 0.03;
-constexpr double kLevelStrict = 1e-4;  // one-sided, of a term with a small effect
-constexpr double kLevelLoose = 5e-3;   // of a term that changes the result by more than its interval
+constexpr double kLevelStrict = 1e-4;   // one-sided, of a term with a small effect
+constexpr double kLevelLoose = 5e-3;    // of a term that changes the result by more than its interval
+constexpr double kLeastFromEnd = 1e-4;  // s, of a reflex's delay from the end of its search
 constexpr double kTiny = 1e-12;
 
 /// Of several values with limits of their own, the one that is furthest over its limit.
@@ -61,6 +62,8 @@ class Judge {
     judge_samples();
     judge_steadiness();
     add_at_most(Test::kWidth, width(), kMostWidth);
+    if constexpr (N == 2) judge_symmetry();
+    if (estimate_.addition == Addition::kReflex) judge_delay();
   }
 
  private:
@@ -114,19 +117,43 @@ class Judge {
     return student_t_quantile(1.0 - level / comparisons, estimate_.blocks - 1);
   }
 
+  /// How far a change (relative to the largest element) of this t is over what is both significant and
+  /// matters.
+  [[nodiscard]] double over(double t, double change, double comparisons) const {
+    t = std::max(std::abs(t), kTiny);
+    change = std::max(change, kTiny);
+    const double half_width = width();
+    return 1.0 /
+           std::min(std::max(t_at(kLevelStrict, comparisons) / t, std::max(0.01, 0.5 * half_width) / change),
+                    std::max(t_at(kLevelLoose, comparisons) / t, std::max(0.02, half_width) / change));
+  }
+
+  /// A delay within its standard error of the end of the search may lie beyond it.
+  void judge_delay() {
+    for (const Parameter& parameter : estimate_.parameters) {
+      if (parameter.kind != Parameter::Kind::kReflexDelay) continue;
+      const double from_end = std::min(parameter.value - kShortestReflex, kLongestReflex - parameter.value);
+      add_at_least(Test::kAtBound, from_end, std::max(kLeastFromEnd, parameter.error));
+    }
+  }
+
+  /// Mass is symmetric (kinetic energy is a square): where it is not, the force is not that of these axes.
+  void judge_symmetry() {
+    const double difference = estimate_.M(0, 1) - estimate_.M(1, 0);
+    const Eigen::MatrixXd& C = estimate_.covariance;
+    const double variance = C(1, 1) + C(2, 2) - 2.0 * C(1, 2);
+    const double share = std::abs(difference) / std::max(estimate_.M.cwiseAbs().maxCoeff(), kTiny);
+    const double how_far = over(difference / std::sqrt(std::max(variance, 1e-300)), 0.5 * share, 1.0);
+    add_at_most(Test::kSymmetry, share, share / how_far);
+  }
+
   /// A term fails where it is significant and changes the result: the share at which both begin is the limit.
   void judge_terms(Test test, std::initializer_list<Term> terms, double comparisons) {
-    const double strict = t_at(kLevelStrict, comparisons);
-    const double loose = t_at(kLevelLoose, comparisons);
-    const double half_width = width();
     Furthest worst(1.0);
     for (const TermFit& term : estimate_.terms) {
       if (std::ranges::find(terms, term.term) == terms.end()) continue;
-      const double t = std::max(std::abs(term.t), kTiny);
-      const double change = std::max(term.change, kTiny);
-      const double over = 1.0 / std::min(std::max(strict / t, std::max(0.01, 0.5 * half_width) / change),
-                                         std::max(loose / t, std::max(0.02, half_width) / change));
-      worst.take(term.share, term.share / over, over);
+      const double how_far = over(term.t, term.change, comparisons);
+      worst.take(term.share, term.share / how_far, how_far);
     }
     add_at_most(test, worst);
   }

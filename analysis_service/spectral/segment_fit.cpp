@@ -21,7 +21,8 @@ constexpr Eigen::Index kFewestBins = 8;
 using Complex = std::complex<double>;
 
 /// Minimum of V by Newton's method; directions of negative curvature are taken by its magnitude, steps are
-/// halved until V falls.
+/// halved until V falls. The Hessian costs far more than the rest: it is kept for as long as a whole step
+/// divides what is left by kGoodStep or more.
 template <int N>
 typename Likelihood<N>::Vector minimise(const Likelihood<N>& likelihood,
                                         const typename Likelihood<N>::Data& data,
@@ -31,20 +32,38 @@ typename Likelihood<N>::Vector minimise(const Likelihood<N>& likelihood,
   constexpr int kMostSteps = 60;
   constexpr double kLongestStep = 1.0;
   constexpr double kDecrement = 1e-6;  // of V, far below one unit of its logarithm
+  constexpr double kGoodStep = 8.0;
   double value = likelihood.value(p, data);
+  Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver;
+  bool is_fresh = false;
+  double last_decrement = 0.0;
   for (int step = 0; step < kMostSteps; ++step) {
     const Vector slope = likelihood.gradient(p, data);
-    const Eigen::SelfAdjointEigenSolver<Eigen::MatrixXd> solver(likelihood.hessian(p, data));
-    const auto& eigenvalues = solver.eigenvalues();
-    const double floor = 1e-9 * eigenvalues.cwiseAbs().maxCoeff() + 1e-12;
-    const Vector along = solver.eigenvectors().transpose() * slope;
+    const auto step_along = [&] {
+      const auto& eigenvalues = solver.eigenvalues();
+      const double floor = 1e-9 * eigenvalues.cwiseAbs().maxCoeff() + 1e-12;
+      const Vector along = solver.eigenvectors().transpose() * slope;
+      Vector direction = Vector::Zero();
+      for (int i = 0; i < Model::kParameters; ++i)
+        direction -= solver.eigenvectors().col(i) * (along[i] / std::max(std::abs(eigenvalues[i]), floor));
+      const double longest = direction.cwiseAbs().maxCoeff();
+      if (longest > kLongestStep) direction *= kLongestStep / longest;
+      return direction;
+    };
     Vector direction = Vector::Zero();
-    for (int i = 0; i < Model::kParameters; ++i)
-      direction -= solver.eigenvectors().col(i) * (along[i] / std::max(std::abs(eigenvalues[i]), floor));
-    const double longest = direction.cwiseAbs().maxCoeff();
-    if (longest > kLongestStep) direction *= kLongestStep / longest;
-    const double decrement = -slope.dot(direction);
+    double decrement = 0.0;
+    if (is_fresh) {
+      direction = step_along();
+      decrement = -slope.dot(direction);
+      is_fresh = decrement * kGoodStep <= last_decrement;
+    }
+    if (!is_fresh) {
+      solver.compute(likelihood.hessian(p, data));
+      direction = step_along();
+      decrement = -slope.dot(direction);
+    }
     if (!(decrement > kDecrement)) break;
+    last_decrement = decrement;
     double share = 1.0;
     bool is_lower = false;
     for (int half = 0; half < 30 && !is_lower; ++half) {
@@ -58,6 +77,7 @@ typename Likelihood<N>::Vector minimise(const Likelihood<N>& likelihood,
       }
     }
     if (!is_lower) break;
+    is_fresh = share == 1.0;
   }
   return p;
 }
@@ -122,6 +142,34 @@ void start_noise(SegmentFit<N>& fit) {
     centre[at + 1] = 0.0;
   }
   fit.likelihood.centre_noise(centre);
+}
+
+/// ln of the unit of the noises' powers, of displacement and force of each axis.
+template <int N>
+Eigen::Matrix<double, 2 * N, 1> noise_units(const SegmentFit<N>& fit) {
+  Eigen::Matrix<double, 2 * N, 1> units;
+  for (int i = 0; i < N; ++i) {
+    units[2 * i] = 2.0 * std::log(fit.displacement_unit[i]);
+    units[2 * i + 1] = 2.0 * std::log(fit.force_unit[i]);
+  }
+  return units;
+}
+
+/// The start that the settings give, scaled. The prior stays centred at the laws of its residual.
+template <int N>
+void take_start(const FitSettings& settings, SegmentFit<N>& fit) {
+  using Model = Likelihood<N>;
+  fit.p.template head<Model::kStructural>() =
+      settings.start.template head<Model::kStructural>().cwiseQuotient(
+          fit.unit.template head<Model::kStructural>());
+  if (settings.is_lag_known) fit.p.template segment<N>(Model::kImpedance).setZero();
+  start_noise(fit);
+  const auto units = noise_units(fit);
+  for (int i = 0; i < 2 * N; ++i) {
+    const int at = Model::kStructural + 2 * i;
+    fit.p[at + 1] = settings.start[at + 1];
+    fit.p[at] = settings.start[at] - units[i] + settings.start[at + 1] * std::log(fit.w_unit);
+  }
 }
 
 template <int N>
@@ -221,6 +269,38 @@ void set_covariance(SegmentFit<N>& fit) {
 }  // namespace
 
 template <int N>
+Eigen::VectorXd start_from(const SegmentFit<N>& fit) {
+  using Model = Likelihood<N>;
+  Eigen::VectorXd start = fit.p;
+  start.head<Model::kStructural>() =
+      fit.p.template head<Model::kStructural>().cwiseProduct(fit.unit.template head<Model::kStructural>());
+  const auto units = noise_units(fit);
+  for (int i = 0; i < 2 * N; ++i) {
+    const int at = Model::kStructural + 2 * i;
+    start[at] += units[i] - fit.p[at + 1] * std::log(fit.w_unit);
+  }
+  return start;
+}
+
+template <int N>
+double independent_frequencies(const SegmentFit<N>& fit) {
+  const auto bins = fit.w.size();
+  const auto segments = static_cast<Eigen::Index>(fit.Y.size());
+  double fewest = std::numeric_limits<double>::infinity();
+  for (int axis = 0; axis < N; ++axis) {
+    Eigen::MatrixXcd X(bins, segments);
+    for (Eigen::Index s = 0; s < segments; ++s)
+      X.col(s) = fit.Y[static_cast<std::size_t>(s)].row(3 * N + axis).transpose();
+    X.rowwise().normalize();
+    // sum |X X^H|^2 = sum |X^H X|^2: the smaller product.
+    const double squares =
+        bins < segments ? (X * X.adjoint()).squaredNorm() : (X.adjoint() * X).squaredNorm();
+    fewest = std::min(fewest, static_cast<double>(bins * bins) / std::max(squares, 1e-300));
+  }
+  return fewest;
+}
+
+template <int N>
 std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen::Index length,
                                           const FitSettings& settings, const Eigen::VectorXd& lead) {
   const std::vector<Segment> segments = segments_of(records, length);
@@ -289,13 +369,21 @@ std::optional<SegmentFit<N>> fit_segments(std::span<const Record> records, Eigen
   const Eigen::ArrayXd lags = settings.is_lag_known
                                   ? Eigen::ArrayXd(Eigen::ArrayXd::Zero(1))
                                   : Eigen::ArrayXd::LinSpaced(2 * each_way + 1, -most, most) * fit.w_unit;
-  fit.p = start_of(fit, lags);
-  start_noise(fit);
+  if (settings.start.size() == SegmentFit<N>::Model::kParameters) {
+    take_start(settings, fit);
+  } else {
+    fit.p = start_of(fit, lags);
+    start_noise(fit);
+  }
   fit.p = minimise<N>(fit.likelihood, fit.all, fit.p);
   set_covariance(fit);
   return fit;
 }
 
+template Eigen::VectorXd start_from<1>(const SegmentFit<1>&);
+template Eigen::VectorXd start_from<2>(const SegmentFit<2>&);
+template double independent_frequencies<1>(const SegmentFit<1>&);
+template double independent_frequencies<2>(const SegmentFit<2>&);
 template std::optional<SegmentFit<1>> fit_segments<1>(std::span<const Record>, Eigen::Index,
                                                       const FitSettings&, const Eigen::VectorXd&);
 template std::optional<SegmentFit<2>> fit_segments<2>(std::span<const Record>, Eigen::Index,

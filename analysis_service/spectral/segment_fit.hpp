@@ -55,11 +55,17 @@ struct FitSettings {
   double least_coherence = 0.5;  ///< Of a bin that is fitted.
   FrequencyRange range;
   bool is_lag_known = false;  ///< The records are aligned already: the lag starts at 0.
+  Eigen::VectorXd start;      ///< Parameters of a similar fit, as start_from() gives them; empty: none.
 };
 
 inline constexpr std::size_t kFewestSegments = 18;
 inline constexpr int kMostBlocks = 15;
 inline constexpr double kBinCorrelation = 2.63;  ///< Neighbouring bins of sin^4 that count as one.
+
+/// A fit's parameters in SI, the noises' laws against ln w of w in rad/s: a start for a fit of records that
+/// differ little, or in their lag.
+template <int N>
+[[nodiscard]] Eigen::VectorXd start_from(const SegmentFit<N>& fit);
 
 /// Nothing where fewer than kFewestSegments segments are active or fewer than 8 bins are coherent.
 /// `lead` is only noted. Records are filled() and of N axes and one sample period.
@@ -68,6 +74,16 @@ template <int N>
                                                         const FitSettings& settings,
                                                         const Eigen::VectorXd& lead);
 
+/// How many independent frequencies the motion has on its poorest axis: n^2 / sum |C_kl|^2 of the n bins'
+/// correlations C over the segments. A sine counts as one, however many bins its window spreads it over;
+/// noise as many as its bins over kBinCorrelation, or as the segments that are independent.
+template <int N>
+[[nodiscard]] double independent_frequencies(const SegmentFit<N>& fit);
+
+extern template Eigen::VectorXd start_from<1>(const SegmentFit<1>&);
+extern template Eigen::VectorXd start_from<2>(const SegmentFit<2>&);
+extern template double independent_frequencies<1>(const SegmentFit<1>&);
+extern template double independent_frequencies<2>(const SegmentFit<2>&);
 extern template std::optional<SegmentFit<1>> fit_segments<1>(std::span<const Record>, Eigen::Index,
                                                              const FitSettings&, const Eigen::VectorXd&);
 extern template std::optional<SegmentFit<2>> fit_segments<2>(std::span<const Record>, Eigen::Index,

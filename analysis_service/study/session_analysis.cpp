@@ -36,7 +36,7 @@ bool has_bias(const store::SessionTrial& trial) {
 }
 
 bool counts(const store::SessionTrial& trial) {
-  return trial.outcome && trial.verdict && trial.verdict->value.is_valid();
+  return trial.outcome && store::why_not_counted(trial).empty();
 }
 
 Result<impedance::Trial> trial_of(store::Store& store, const store::Session& session,
@@ -69,6 +69,20 @@ impedance::StaticOptions static_options() {
   return options;
 }
 
+Result<std::map<Condition, std::vector<impedance::Trial>>> condition_trials(store::Store& store,
+                                                                            const store::Session& session) {
+  bool is_loaded = false;
+  for (const auto& trial : session.trials) is_loaded |= trial.outcome && has_bias(trial);
+  std::map<Condition, std::vector<impedance::Trial>> trials;
+  for (const auto& trial : session.trials) {
+    if (!counts(trial)) continue;
+    TONUS_TRY_ASSIGN(auto prepared, trial_of(store, session, trial));
+    const auto plan = identification::from_wire(trial.outcome->value).plan;
+    trials[is_loaded ? set_condition_of(plan) : condition_of(plan)].push_back(std::move(prepared));
+  }
+  return trials;
+}
+
 Result<SessionAnalysis> analyse(store::Store& store, const store::Session& session) {
   SessionAnalysis analysis;
   analysis.session = session.record.session;
@@ -82,17 +96,8 @@ Result<SessionAnalysis> analyse(store::Store& store, const store::Session& sessi
       });
   for (const auto& trial : session.trials) analysis.is_loaded |= trial.outcome && has_bias(trial);
 
-  std::map<Condition, std::vector<impedance::Trial>> trials;
-  for (const auto& trial : session.trials) {
-    if (!counts(trial)) {
-      ++analysis.rejected;
-      continue;
-    }
-    ++analysis.trials;
-    TONUS_TRY_ASSIGN(auto prepared, trial_of(store, session, trial));
-    const auto plan = identification::from_wire(trial.outcome->value).plan;
-    trials[analysis.is_loaded ? set_condition_of(plan) : condition_of(plan)].push_back(std::move(prepared));
-  }
+  for (const auto& trial : session.trials) ++(counts(trial) ? analysis.trials : analysis.rejected);
+  TONUS_TRY_ASSIGN(auto trials, condition_trials(store, session));
   for (auto& [condition, list] : trials) {
     ConditionAnalysis result{condition, std::move(list), {}};
     for (auto& estimate : impedance::identify_each(result.trials, analyses())) {

@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <map>
 #include <optional>
 #include <string>
 #include <vector>
@@ -44,6 +45,11 @@ struct SessionAnalysis {
   bool is_simulated = false;                  ///< By every description of its rig, driver "simulated".
   std::vector<ConditionAnalysis> conditions;  ///< By posture, then set.
 };
+
+/// The trials with a valid verdict, converted, by condition: of unloaded sessions one a posture, of loaded
+/// ones each set. kDataLoss: samples are missing or damaged.
+[[nodiscard]] Result<std::map<identification::Condition, std::vector<impedance::Trial>>> condition_trials(
+    store::Store& store, const store::Session& session);
 
 /// Every trial with a valid verdict, converted and identified as the streaming service does it: by each
 /// published method with the linear model, and by state-variable filtering with each other model. Unloaded

@@ -4,6 +4,7 @@
 #include <filesystem>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/impedance/propagation.hpp"
 #include "services/simulation/true_impedance.hpp"
 
 namespace tonus::study {
@@ -24,7 +25,7 @@ bool is_completed(const store::Session& session) {
   return session.state && session.state->phase() == v1::SESSION_COMPLETED;
 }
 
-/// The newest completed sessions of a subject; sessions come in the order of their start.
+/// The newest completed sessions of a subject, but for pilots; sessions come in the order of their start.
 Result<Chosen> choose(store::Store& store, const std::vector<store::SessionRecord>& records,
                       const std::string& subject) {
   Chosen chosen;
@@ -32,7 +33,7 @@ Result<Chosen> choose(store::Store& store, const std::vector<store::SessionRecor
     if (record.subject != subject) continue;
     auto session = store::read_session(store, record.session);
     if (!session) return session.error();
-    if (!is_completed(*session)) continue;
+    if (!is_completed(*session) || session->plan.is_pilot()) continue;
     (is_loaded(*session) ? chosen.loaded : chosen.unloaded) = std::move(*session);
   }
   return chosen;
@@ -94,6 +95,57 @@ Result<impedance::LinkMasses> Subject::link_masses(impedance::Method method) con
         {condition.condition.position, estimate->value.M, condition.condition.posture != "proximal"});
   }
   return impedance::fit_link_masses(masses, {links.l1, links.l2, std::nullopt, std::nullopt});
+}
+
+namespace {
+
+/// What is known of the errors at each posture; empty where one has none.
+std::vector<impedance::UncertainPosture> uncertain_postures(const Subject& subject,
+                                                            impedance::Method method) {
+  std::vector<impedance::UncertainPosture> all;
+  if (!subject.unloaded) return all;
+  for (const auto& condition : subject.unloaded->conditions) {
+    const auto* estimate = condition.find(method);
+    if (estimate == nullptr) continue;
+    const auto posture = impedance::uncertain_posture(condition.condition.position, *estimate);
+    if (!posture) return {};
+    all.push_back(*posture);
+  }
+  return all;
+}
+
+}  // namespace
+
+std::vector<impedance::Interval> Subject::link_mass_intervals(impedance::Method method) const {
+  const auto uncertain = uncertain_postures(*this, method);
+  if (uncertain.empty()) return {};
+  std::vector<bool> is_used;
+  for (const auto& condition : unloaded->conditions) {
+    if (condition.find(method) != nullptr) is_used.push_back(condition.condition.posture != "proximal");
+  }
+  return impedance::propagate(
+      uncertain,
+      [&](std::span<const impedance::PostureImpedance> postures) -> std::optional<Eigen::VectorXd> {
+        std::vector<impedance::PostureMass> masses;
+        for (std::size_t i = 0; i < postures.size(); ++i)
+          masses.push_back({postures[i].position, postures[i].impedance.M, is_used[i]});
+        const auto fitted =
+            impedance::fit_link_masses(masses, {links.l1, links.l2, std::nullopt, std::nullopt});
+        if (!fitted) return std::nullopt;
+        return Eigen::VectorXd(fitted->mass);
+      });
+}
+
+std::vector<impedance::Interval> Subject::fit_intervals(impedance::Hypothesis hypothesis) const {
+  const auto uncertain = uncertain_postures(*this, impedance::Method::kStateVariable);
+  if (uncertain.empty()) return {};
+  return impedance::propagate(
+      uncertain,
+      [&](std::span<const impedance::PostureImpedance> postures) -> std::optional<Eigen::VectorXd> {
+        const auto fitted = fit_to({postures.begin(), postures.end()}, links, hypothesis);
+        if (!fitted) return std::nullopt;
+        return fitted->constants;
+      });
 }
 
 Result<Study> read_study(store::Store& store, const std::vector<simulation::CohortSubject>& cohort,

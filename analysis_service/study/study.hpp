@@ -37,6 +37,10 @@ struct Subject {
   /// Link masses that the identified mass matrices imply (Table I); the posture called "proximal" is left
   /// out, as published.
   [[nodiscard]] Result<impedance::LinkMasses> link_masses(impedance::Method method) const;
+  /// 95 % intervals of these masses, and of the constants of fit(), from the errors of the identified
+  /// matrices (impedance/propagation.hpp); empty where they cannot be computed.
+  [[nodiscard]] std::vector<impedance::Interval> link_mass_intervals(impedance::Method method) const;
+  [[nodiscard]] std::vector<impedance::Interval> fit_intervals(impedance::Hypothesis hypothesis) const;
 };
 
 /// A cohort, by the order of its file.

@@ -5,18 +5,15 @@
 #include <cstdio>
 #include <cstdlib>
 #include <spdlog/spdlog.h>
+#include <utility>
 
-#include "idl/topics.hpp"
-#include "rig_agent/agent/agent.hpp"
 #include "rig_agent/agent/calibrate_command.hpp"
 #include "rig_agent/agent/check_driver_command.hpp"
 #include "rig_agent/agent/emergency_signal.hpp"
-#include "rig_agent/agent/hold_reason.hpp"
-#include "rig_agent/agent/loop_report.hpp"
 #include "rig_agent/agent/loop_thread.hpp"
 #include "rig_agent/agent/rig.hpp"
 #include "rig_agent/agent/rig_folder.hpp"
-#include "rig_agent/agent/safety_channel.hpp"
+#include "rig_agent/agent/rig_service.hpp"
 #include "rig_agent/agent/watchdog_process.hpp"
 #include "rig_agent/control/realtime_setup.hpp"
 #include "services/core/lifetime.hpp"
@@ -54,11 +51,6 @@ Result<MachineLock> lock_rig(const runtime::CommonOptions& common) {
   return MachineLock::take("domain " + std::to_string(common.domain) + " rig " + common.rig);
 }
 
-/// A computed rig is held up by the machine, not by a device.
-Clock::Duration longest_cycle(const drivers::Capabilities& driver) {
-  return driver.moves_nothing_real ? std::chrono::milliseconds(5000) : std::chrono::milliseconds(100);
-}
-
 /// Null where nothing real moves, or where the driver cannot be disabled from outside.
 Result<std::unique_ptr<rig::WatchdogProcess>> start_watchdog(rig::Rig& rig, const rig::RigOptions& options,
                                                              const Clock& clock) {
@@ -73,19 +65,6 @@ Result<std::unique_ptr<rig::WatchdogProcess>> start_watchdog(rig::Rig& rig, cons
                                              clock);
   if (started) rig.loop().set_pulse(&(*started)->pulse());
   return started;
-}
-
-std::vector<std::string> warnings_of(const rig::RigNames& names, const drivers::Capabilities& driver) {
-  std::vector<std::string> warnings;
-  if (names.resumes_unattended) warnings.emplace_back("goes on by itself after a fault or a restart");
-  if (driver.actuates && !driver.moves_nothing_real && !driver.can_disable)
-    warnings.emplace_back("no watchdog: the driver cannot be disabled from outside (version 1)");
-  for (const auto& limit : names.limits_off) warnings.push_back("limit " + limit + " is off");
-  return warnings;
-}
-
-std::string state_line(const std::string& state, const std::string& refusal) {
-  return refusal.empty() ? state : state + "; " + refusal;
 }
 
 Result<void> calibrate(const runtime::CommonOptions& common, const rig::RigOptions& rig_options,
@@ -139,58 +118,25 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
   auto log = rig::TrialLog::open(folder->trial_log());
   if (!log) return log.error();
 
-  auto bus = runtime::open_bus(common, kProgram);
-  if (!bus) return bus.error();
-  auto samples = (*bus)->create_writer(topics::kRigSamples.spec);
-  if (!samples) return samples.error();
-  auto endpoints = rig::AgentEndpoints::create(**bus, notifier);
-  if (!endpoints) return endpoints.error();
-  auto health = runtime::HealthReporter::create(**bus, clock, v1::ROLE_RIG, common, notifier);
-  if (!health) return health.error();
-  TONUS_TRY(runtime::listen_for_others(*health, common, clock, *notifier, stop));
-
-  const std::uint64_t epoch = clock.utc_ns();
-  rig::Publisher::Options publishing{.rig = rig->names().id, .epoch = epoch};
-  if (!rig_options.is_paced()) publishing.patience = std::chrono::seconds(2);
-  rig::Publisher publisher(publishing, *spool, std::move(*samples), clock);
-  rig::Lease lease(rig->names().id, epoch);
-  rig::StopRequests stops;
+  TONUS_TRY_ASSIGN(const auto bus, runtime::open_bus(common, kProgram));
+  TONUS_TRY_ASSIGN(auto health, runtime::HealthReporter::create(*bus, clock, v1::ROLE_RIG, common, notifier));
+  TONUS_TRY(runtime::listen_for_others(health, common, clock, *notifier, stop));
   TONUS_TRY_ASSIGN(auto safety_bus, runtime::open_bus(common, std::string(kProgram) + " stop"));
-  TONUS_TRY_ASSIGN(const auto safety_channel,
-                   rig::SafetyChannel::create(std::move(safety_bus), rig->names().id, rig->loop(), lease,
-                                              stops, clock, notifier));
-  rig::Agent agent(
-      {.names = rig->names(),
-       .epoch = epoch,
-       .is_paced = rig_options.is_paced(),
-       .resumes_unattended = rig_options.resumes_unattended,
-       .longest_cycle = longest_cycle(rig->driver().capabilities())},
-      {rig->loop(), rig->driver(), rig->recorded(), publisher, *spool, *log, latch, lease, stops},
-      std::move(*endpoints), clock);
-  agent.start(rig::describe(rig->names(), rig->driver().geometry()));
+  TONUS_TRY_ASSIGN(
+      const auto service,
+      rig::RigService::create(
+          *bus, std::move(safety_bus), notifier, std::move(health), {*rig, *spool, *log, latch, clock},
+          {.is_paced = rig_options.is_paced(), .resumes_unattended = rig_options.resumes_unattended}));
+  service->start();
   TONUS_TRY_ASSIGN(const auto watchdog, start_watchdog(*rig, rig_options, clock));
   if (watchdog) watchdog->set_powered(true);
   rig::LoopThread loop_thread(rig->loop(), rig_options.is_paced(), rig_options.realtime());
   spdlog::log(loop_thread.refusal().empty() ? spdlog::level::info : spdlog::level::warn,
               "rig '{}': {} driver, {}", common.rig, rig->names().driver, loop_thread.statement());
-  auto report = rig::LoopReport::create(
-      **bus, {rig->names().id, epoch, loop_thread.statement(), loop_thread.pacer()}, rig->loop(), clock);
-  if (!report) return report.error();
+  TONUS_TRY(service->begin({loop_thread.statement(), loop_thread.refusal(), loop_thread.pacer()}));
 
-  health->set_warnings(warnings_of(rig->names(), rig->driver().capabilities()));
-  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&]() -> Result<Clock::TimePoint> {
-    TONUS_TRY(health->check_alone());
-    if (const std::string problem = watchdog ? watchdog->problem() : ""; !problem.empty())
-      agent.hold(problem, true);
-    if (const std::string doubled = health->other(); !doubled.empty())
-      agent.hold(std::string(rig::phrase_of(rig::HoldReason::kSecondAgent)) + ": " + doubled, true);
-    const auto due = std::min(agent.step(), report->step());
-    const std::string why = agent.why_not_ready();
-    health->set_state(why.empty(), state_line(why.empty() ? agent.activity() : why, loop_thread.refusal()));
-    health->set_load(0.0, static_cast<std::uint32_t>(rig->loop().samples_waiting()),
-                     publisher.blocks_refused() + agent.replies_dropped());
-    return std::min(due, health->publish_if_due());
-  });
+  const auto ended = runtime::run_loop_until_error(
+      *notifier, stop, [&] { return service->step(watchdog ? watchdog->problem() : ""); });
   if (watchdog) watchdog->set_powered(false);
   if (!loop_thread.stop()) {
     // The driver hangs in the loop's thread: nothing of this program can be taken down in order. The latch

@@ -2,6 +2,7 @@
 
 #include <CLI/CLI.hpp>
 #include <spdlog/fmt/fmt.h>
+#include <spdlog/spdlog.h>
 #include <utility>
 
 #include "rig_agent/control/validation.hpp"
@@ -14,6 +15,7 @@
 #include "rig_agent/drivers/simulated.hpp"
 #include "services/core/name.hpp"
 #include "services/core/places.hpp"
+#include "services/core/text.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/simulation/profile.hpp"
 
@@ -186,15 +188,11 @@ Result<control::LoopConfig> Rig::open_replay(const RigOptions& options) {
     return fail(ErrorCode::kInvalidArgument,
                 "--driver replay: --dataset is missing, a BIDS dataset is needed");
   }
-  auto records = recording::read_dataset(options.dataset);
-  if (!records) return records.error();
-  if (options.force_sign != 0) {
-    for (auto& record : *records) {
-      if (auto stated = recording::state_force_sign(record, options.force_sign); !stated)
-        return stated.error();
-    }
-  }
-  auto trials = RecordedTrials::create(std::move(*records));
+  TONUS_TRY_ASSIGN(auto usable, recording::read_usable(options.dataset));
+  TONUS_TRY(recording::keep_what_counts(usable));
+  if (options.force_sign != 0) TONUS_TRY(recording::state_force_sign(usable, options.force_sign));
+  for (const auto& item : usable.left_out) spdlog::warn("left out: {}", shown(item));
+  auto trials = RecordedTrials::create(std::move(usable.recordings));
   if (!trials) return trials.error();
   recorded_ = std::make_unique<RecordedTrials>(std::move(*trials));
   names_.displacement_unit = recorded_->displacement_unit();

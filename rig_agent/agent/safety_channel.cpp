@@ -37,13 +37,17 @@ class SafetyChannel::Work {
         wake_(std::move(wake)) {}
 
   void run() {
-    while (!is_ending_.load(std::memory_order_acquire)) {
-      for (const auto& received : runtime::drain(stops_)) take_stop(received.value);
-      for (const auto& received : runtime::drain(leases_)) lease_.hear(received.value, clock_.now());
-      confirm();
-      (void)notifier_->wait_until(clock_.now() + (unconfirmed_.empty() ? kPoll : kUnconfirmedPoll));
-    }
+    while (!is_ending_.load(std::memory_order_acquire)) (void)notifier_->wait_until(step());
   }
+
+  Clock::TimePoint step() {
+    for (const auto& received : runtime::drain(stops_)) take_stop(received.value);
+    for (const auto& received : runtime::drain(leases_)) lease_.hear(received.value, clock_.now());
+    confirm();
+    return clock_.now() + (unconfirmed_.empty() ? kPoll : kUnconfirmedPoll);
+  }
+
+  [[nodiscard]] const std::shared_ptr<bus::Notifier>& notifier() const { return notifier_; }
 
   void end() {
     is_ending_.store(true, std::memory_order_release);
@@ -98,7 +102,8 @@ class SafetyChannel::Work {
 Result<std::unique_ptr<SafetyChannel>> SafetyChannel::create(std::unique_ptr<bus::Bus> bus, const Id& rig,
                                                              control::RigLoop& loop, Lease& lease,
                                                              StopRequests& stops, const Clock& clock,
-                                                             std::shared_ptr<bus::Notifier> wake) {
+                                                             std::shared_ptr<bus::Notifier> wake,
+                                                             Works works) {
   auto notifier = std::make_shared<bus::Notifier>();
   TONUS_TRY_ASSIGN(auto stop_reader, bus::TypedReader<v1::RigStop>::create(*bus, topics::kRigStop, notifier));
   TONUS_TRY_ASSIGN(auto lease_reader,
@@ -107,15 +112,20 @@ Result<std::unique_ptr<SafetyChannel>> SafetyChannel::create(std::unique_ptr<bus
   auto work =
       std::make_unique<Work>(std::move(bus), std::move(stop_reader), std::move(lease_reader),
                              std::move(stopped), notifier, rig, loop, lease, stops, clock, std::move(wake));
-  return std::unique_ptr<SafetyChannel>(new SafetyChannel(std::move(work)));
+  return std::unique_ptr<SafetyChannel>(new SafetyChannel(std::move(work), works));
 }
 
-SafetyChannel::SafetyChannel(std::unique_ptr<Work> work)
-    : work_(std::move(work)), thread_([this] { work_->run(); }) {}
+SafetyChannel::SafetyChannel(std::unique_ptr<Work> work, Works works) : work_(std::move(work)) {
+  if (works == Works::kInOwnThread) thread_ = std::thread([this] { work_->run(); });
+}
 
 SafetyChannel::~SafetyChannel() {
   work_->end();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
+
+Clock::TimePoint SafetyChannel::step() { return work_->step(); }
+
+const std::shared_ptr<bus::Notifier>& SafetyChannel::notifier() const { return work_->notifier(); }
 
 }  // namespace tonus::rig

@@ -5,11 +5,10 @@
 #include <spdlog/fmt/ranges.h>
 #include <spdlog/spdlog.h>
 #include <string>
+#include <utility>
 
-#include "services/archive/archive_service.hpp"
-#include "services/archive/disk_watch.hpp"
+#include "services/archive/archive_run.hpp"
 #include "services/core/lifetime.hpp"
-#include "services/runtime/clock_comparison.hpp"
 #include "services/runtime/health.hpp"
 #include "services/runtime/loop.hpp"
 #include "services/runtime/options.hpp"
@@ -71,15 +70,15 @@ Result<void> check_upgrade(const std::string& name, bool is_allowed) {
 }
 
 /// What is still on its way when the archive is told to end: until nothing has come for a while.
-void take_the_rest(archive::ArchiveService& service, bus::Notifier& notifier, const Clock& clock) {
+void take_the_rest(archive::ArchiveRun& archive, bus::Notifier& notifier, const Clock& clock) {
   constexpr std::chrono::milliseconds kQuiet{100};
   constexpr std::chrono::milliseconds kLimit{500};
   const auto limit = clock.now() + kLimit;
   auto quiet = clock.now() + kQuiet;
   while (clock.now() < std::min(quiet, limit)) {
-    const auto taken = service.taken();
-    const auto due = service.step();
-    if (service.taken() != taken) quiet = clock.now() + kQuiet;
+    const auto taken = archive.taken();
+    const auto due = archive.take_the_rest();
+    if (archive.taken() != taken) quiet = clock.now() + kQuiet;
     (void)notifier.wait_until(std::min({due, quiet, limit}));
   }
 }
@@ -101,31 +100,16 @@ Result<void> run(const Options& options) {
   TONUS_TRY(runtime::listen_for_others(health, options.common, clock, *notifier, stop));
   const auto store = open_store(store_name, health, *notifier, stop, clock);
   if (!store) return store.error();
-  archive::Ingest::Options ingest_options;
-  ingest_options.idle.ring = std::chrono::seconds(options.idle_ring_s);
-  archive::Ingest ingest(**store, clock, ingest_options);
-  TONUS_TRY(ingest.recover());
-  archive::DiskWatch disk(**store, clock, options.disk());
-  TONUS_TRY_ASSIGN(const auto service, archive::ArchiveService::create(*bus, ingest, clock, notifier, &disk));
-  TONUS_TRY_ASSIGN(auto roster, runtime::Roster::create(*bus, clock, notifier));
-  TONUS_TRY_ASSIGN(auto clocks,
-                   runtime::ClockComparison::create(*bus, clock, health.instance(), notifier, {}));
+  archive::ArchiveRun::Options run_options;
+  run_options.ingest.idle.ring = std::chrono::seconds(options.idle_ring_s);
+  run_options.disk = options.disk();
+  TONUS_TRY_ASSIGN(const auto archive, archive::ArchiveRun::create(*bus, **store, clock, notifier,
+                                                                   std::move(health), run_options));
   spdlog::info("store '{}'", (*store)->name());
 
-  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&]() -> Result<Clock::TimePoint> {
-    const auto due = service->step();
-    roster.update();
-    const auto compare_due = clocks.step(roster);
-    const auto status = ingest.status();
-    const std::string why = service->why_not_ready();
-    health.set_state(why.empty(), why.empty() ? "stores to " + (*store)->name() + disk.need_text() : why);
-    health.set_load(service->lag(), static_cast<std::uint32_t>(status.waiting_items), service->dropped());
-    const auto health_due = health.publish_if_due();
-    TONUS_TRY(health.check_alone());
-    return std::min({due, compare_due, health_due});
-  });
-  if (ended) take_the_rest(*service, *notifier, clock);
-  TONUS_TRY(ingest.finish());
+  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&] { return archive->step(); });
+  if (ended) take_the_rest(*archive, *notifier, clock);
+  TONUS_TRY(archive->finish());
   return ended;
 }
 

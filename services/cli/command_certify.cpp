@@ -6,10 +6,13 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/certify/certification.hpp"
+#include "analysis_service/study/session_analysis.hpp"
+#include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/core/text_file.hpp"
 #include "services/runtime/options.hpp"
+#include "services/store/session_reader.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -24,6 +27,8 @@ struct CertifyOptions {
   double rise = 0.2;
   double amplitude_mm = 5.0;
   bool has_errors = false;
+  std::string like;
+  ArchiveOption archive;
   std::string json;
 };
 
@@ -37,10 +42,29 @@ Result<certify::Setting> setting_named(const std::string& name) {
               fmt::format("--setting: '{}' is not allowed; expected {}", name, allowed));
 }
 
-void print(const certify::Cell& cell, const std::vector<certify::MethodWorth>& worths) {
-  std::printf("%s sensors, %d trials, rise %.3g s, %.3g mm, %zu conditions, seed %llu\n",
-              cell.setting.name.c_str(), cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
-              cell.conditions, static_cast<unsigned long long>(cell.seed));
+/// Coverage of the ellipses' numbers, a line a matrix.
+void print_ellipses(const certify::MethodWorth& worth) {
+  for (std::size_t i = 0; i < worth.ellipses.size(); ++i) {
+    std::string line = fmt::format("  {:<15}{:<4}ellipse, coverage:", "", kMatrices[i]);
+    for (std::size_t number = 0; number < certify::kEllipseNumbers.size(); ++number) {
+      const certify::EllipseWorth& of = worth.ellipses[i][number];
+      line += fmt::format(" {} {:.1f} ± {:.1f} %", certify::kEllipseNumbers[number], 100.0 * of.coverage,
+                          100.0 * of.coverage_error);
+      if (of.determined < 1.0) line += fmt::format(" of {:.1f} % determined", 100.0 * of.determined);
+      line += number + 1 < certify::kEllipseNumbers.size() ? "," : "\n";
+    }
+    std::fputs(line.c_str(), stdout);
+  }
+}
+
+std::string text_of(const certify::Cell& cell) {
+  return fmt::format("{} sensors, {} trials, rise {:.3g} s, {:.3g} mm, {} conditions, seed {}",
+                     cell.setting.name, cell.design.trials, cell.design.rise, 1e3 * cell.design.amplitude,
+                     cell.conditions, cell.seed);
+}
+
+void print(const std::string& heading, const std::vector<certify::MethodWorth>& worths) {
+  std::printf("%s\n", heading.c_str());
   std::printf("  %-15s%-4s%18s%12s%18s%18s%14s\n", "method", "", "largest bias", "RMSE",
               "  RMSE/bound (worst)", "coverage", "half-width");
   for (const certify::MethodWorth& worth : worths) {
@@ -48,13 +72,15 @@ void print(const certify::Cell& cell, const std::vector<certify::MethodWorth>& w
       const certify::MatrixWorth& m = worth.matrices[i];
       const bool is_centre = i == 3;
       const double unit = is_centre ? 1e3 : 100.0;
-      const std::string ratio =
-          is_centre ? "" : fmt::format("{:.2f} ({:.2f})", m.over_bound, m.worst_over_bound);
+      const std::string ratio = is_centre || !(m.over_bound > 0.0)
+                                    ? ""
+                                    : fmt::format("{:.2f} ({:.2f})", m.over_bound, m.worst_over_bound);
       std::printf("  %-15s%-4s%+9.3g ± %-6.2g%10.3g %s%18s%9.1f ± %-4.1f %%%10.3g %s\n",
                   i == 0 ? std::string(impedance::name_of(worth.method)).c_str() : "", kMatrices[i],
                   unit * m.bias, unit * m.bias_error, unit * m.rmse, is_centre ? "mm" : "% ", ratio.c_str(),
                   100.0 * m.coverage, 100.0 * m.coverage_error, unit * m.half_width, is_centre ? "mm" : "%");
     }
+    print_ellipses(worth);
     std::printf("  %-15ssuspect %zu, undetermined %zu of %zu\n", "", worth.suspect, worth.undetermined,
                 worth.conditions);
   }
@@ -82,7 +108,16 @@ void print_errors(const std::string& name, const std::vector<certify::MethodWort
   std::fflush(stdout);
 }
 
-nlohmann::json as_json(const certify::Cell& cell, const std::vector<certify::MethodWorth>& worths) {
+nlohmann::json ellipse_json(const std::array<certify::EllipseWorth, 4>& worth) {
+  nlohmann::json all = nlohmann::json::object();
+  for (std::size_t number = 0; number < worth.size(); ++number)
+    all[certify::kEllipseNumbers[number]] = {{"coverage", worth[number].coverage},
+                                             {"coverage_error", worth[number].coverage_error},
+                                             {"determined", worth[number].determined}};
+  return all;
+}
+
+nlohmann::json as_json(const std::vector<certify::MethodWorth>& worths) {
   nlohmann::json methods = nlohmann::json::array();
   for (const certify::MethodWorth& worth : worths) {
     nlohmann::json one = {{"method", impedance::name_of(worth.method)},
@@ -98,18 +133,20 @@ nlohmann::json as_json(const certify::Cell& cell, const std::vector<certify::Met
                            {"coverage", m.coverage},        {"coverage_error", m.coverage_error},
                            {"wrong_and_ok", m.wrong_and_ok}};
       if (is_centre) continue;
+      one[kMatrices[i]]["ellipse"] = ellipse_json(worth.ellipses[i]);
       one[kMatrices[i]]["rmse_over_bound"] = m.over_bound;
       one[kMatrices[i]]["worst_rmse_over_bound"] = m.worst_over_bound;
     }
     methods.push_back(one);
   }
-  return {{"setting", cell.setting.name},
-          {"trials", cell.design.trials},
-          {"rise_s", cell.design.rise},
-          {"amplitude_m", cell.design.amplitude},
-          {"conditions", cell.conditions},
-          {"seed", cell.seed},
-          {"methods", methods}};
+  return methods;
+}
+
+nlohmann::json as_json(const certify::Cell& cell, const std::vector<certify::MethodWorth>& worths) {
+  return {{"setting", cell.setting.name},  {"trials", cell.design.trials},
+          {"rise_s", cell.design.rise},    {"amplitude_m", cell.design.amplitude},
+          {"conditions", cell.conditions}, {"seed", cell.seed},
+          {"methods", as_json(worths)}};
 }
 
 std::vector<certify::MethodWorth> certified(const certify::Cell& cell, const std::string& what) {
@@ -132,6 +169,39 @@ void certify_errors(certify::Cell cell, nlohmann::json& cells) {
   std::printf("\n");
 }
 
+/// What the conditions of an archived session are worth, each around its own estimate, rig and residuals.
+Result<void> certify_session(const CertifyOptions& options) {
+  TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
+  TONUS_TRY_ASSIGN(const auto record, store::find_session(*store, options.like));
+  TONUS_TRY_ASSIGN(const auto session, store::read_session(*store, record.session));
+  TONUS_TRY_ASSIGN(const auto conditions, study::condition_trials(*store, session));
+  nlohmann::json cells = nlohmann::json::array();
+  for (const auto& [condition, trials] : conditions) {
+    ProgressBar progress(condition.posture);
+    const auto worths = certify::certify_like(
+        trials, {options.conditions, options.seed, 1.0},
+        [&](std::uint64_t done, std::uint64_t all) { progress.show(done, all, "conditions"); });
+    progress.clear();
+    if (!worths)
+      return fail(worths.error().code, fmt::format("session {}, {}: {}", to_hex(record.session),
+                                                   condition.posture, worths.error().message));
+    print(fmt::format("like {} of session {}, {} trials, {} conditions, seed {}", condition.posture,
+                      to_hex(record.session), trials.size(), options.conditions, options.seed),
+          *worths);
+    cells.push_back({{"session", to_hex(record.session)},
+                     {"posture", condition.posture},
+                     {"set", condition.set},
+                     {"trials", trials.size()},
+                     {"conditions", options.conditions},
+                     {"seed", options.seed},
+                     {"methods", as_json(*worths)}});
+  }
+  if (cells.empty())
+    return fail(ErrorCode::kNotFound, fmt::format("session {}: has no valid trials", to_hex(record.session)));
+  if (options.json.empty()) return {};
+  return write_text_file(options.json, cells.dump(1) + "\n");
+}
+
 Result<void> certify_all(const CertifyOptions& options) {
   nlohmann::json cells = nlohmann::json::array();
   for (const std::string& name : options.settings) {
@@ -149,7 +219,7 @@ Result<void> certify_all(const CertifyOptions& options) {
         continue;
       }
       const auto worths = certified(cell, fmt::format("{}, {} trials", name, trials));
-      print(cell, worths);
+      print(text_of(cell), worths);
       cells.push_back(as_json(cell, worths));
     }
   }
@@ -185,10 +255,17 @@ void add_certify_command(CLI::App& app, Command& chosen) {
   command->add_flag(
       "--model-errors", options->has_errors,
       "arms with a reflex, slack in the grip, hardening: what is flagged, what is wrong and ok");
+  auto* like =
+      command->add_option("--like", options->like,
+                          "an archived session, by its id or the beginning of it: conditions like its "
+                          "own, instead of drawn subjects");
+  like->excludes("--trials")->excludes("--setting")->excludes("--rise")->excludes("--amplitude");
+  like->excludes("--model-errors");
+  add_archive_option(*command, options->archive);
   command->add_option("--json", options->json, "file for the results");
   command->callback([options, &chosen] {
     chosen = [options] {
-      const auto outcome = certify_all(*options);
+      const auto outcome = options->like.empty() ? certify_all(*options) : certify_session(*options);
       return outcome ? 0 : runtime::report("tonus certify", outcome.error());
     };
   });

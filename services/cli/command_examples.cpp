@@ -26,6 +26,8 @@ constexpr Example kExamples[] = {
     {"resume", "tonus resume"},
     {"abort", "tonus abort"},
     {"stop", "tonus stop --rig left"},
+    {"reject", "tonus reject 6 --because coughed --by Ada"},
+    {"note", "tonus note \"the subject is tired\" --trial 6"},
     {"clear-fault", "tonus clear-fault"},
     {"pki", "tonus pki init --authority lab-pki"},
     {"pki init", "tonus pki init --authority lab-pki"},

@@ -1,4 +1,5 @@
 #include <CLI/CLI.hpp>
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <iterator>
@@ -19,6 +20,7 @@
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
 #include "services/runtime/version.hpp"
+#include "services/store/session_list.hpp"
 #include "services/store/session_reader.hpp"
 
 namespace tonus::cli {
@@ -91,6 +93,7 @@ Result<void> export_all(const ExportOptions& options) {
   }
   TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
   TONUS_TRY_ASSIGN(const auto records, store::list_sessions(*store));
+  TONUS_TRY_ASSIGN(const auto subjects, store::list_subjects(*store));
   recording::WriteOptions writing;
   writing.software_version = runtime::kVersion;
   std::vector<recording::Recording> all;
@@ -107,6 +110,11 @@ Result<void> export_all(const ExportOptions& options) {
     }
     ++sessions;
     keep_beside(session, writing);
+    const auto subject = std::ranges::find(subjects, record.subject, &store::KnownSubject::subject);
+    for (auto& recording : *recordings) {
+      if (subject != subjects.end())
+        recording.participant = formats::participant_of(record.subject, subject->facts);
+    }
     std::move(recordings->begin(), recordings->end(), std::back_inserter(all));
   }
   bar.clear();

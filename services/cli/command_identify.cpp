@@ -8,6 +8,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/offline/offline.hpp"
+#include "analysis_service/offline/prior.hpp"
 #include "analysis_service/offline/request.hpp"
 #include "analysis_service/offline/results_json.hpp"
 #include "analysis_service/service/judge_options.hpp"
@@ -30,6 +31,7 @@ struct IdentifyOptions {
   int force_sign = 0;
   identification::JudgeOptions judge;
   std::string json;
+  identification::PriorChoice prior;
 };
 
 using identification::DatasetEstimates;
@@ -89,8 +91,12 @@ void print(const identification::OfflineEstimate& result, bool with_tracking_sys
 Result<void> identify(const IdentifyOptions& options) {
   const auto analyses = identification::analyses_of(options.request);
   if (!analyses) return fail(analyses.error().code, "--" + analyses.error().message);
-  const auto estimates = identify_source(options, *analyses);
+  auto estimates = identify_source(options, *analyses);
   if (!estimates) return estimates.error();
+  if (!options.prior.results.empty()) {
+    TONUS_TRY_ASSIGN(estimates->estimates,
+                     identification::with_prior(std::move(estimates->estimates), options.prior));
+  }
   std::set<std::string> tracking_systems;
   for (const auto& estimate : estimates->estimates) tracking_systems.insert(estimate.tracking_system);
   for (const auto& estimate : estimates->estimates) print(estimate, tracking_systems.size() > 1);
@@ -136,6 +142,15 @@ void add_identify_command(CLI::App& app, Command& chosen) {
                    "+1 or -1: of a one-axis dataset that does not state it")
       ->check(CLI::IsMember({-1, 1}));
   options->judge.add_to(*command);
+  command->add_option("--prior", options->prior.results,
+                      "results of an earlier session or of a cohort (a file of --json): each estimate is "
+                      "followed by one that is combined with them");
+  command
+      ->add_option("--prior-change", options->prior.change,
+                   "how much the subject may have changed since, one standard deviation as a share of the "
+                   "largest element; a cohort states its own scatter")
+      ->check(CLI::Range(0.0, 10.0))
+      ->capture_default_str();
   command->add_option("--json", options->json, "file for the results");
   command->callback([options, &chosen] {
     chosen = [options] {

@@ -10,6 +10,7 @@
 #include "services/core/clock.hpp"
 #include "services/core/folder.hpp"
 #include "services/core/lifetime.hpp"
+#include "services/core/text.hpp"
 #include "services/import/session_import.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/configuration.hpp"
@@ -48,15 +49,14 @@ Result<void> check_archive(const std::string& name) {
 }
 
 Result<void> import(const ImportOptions& options) {
-  auto recordings = recording::read_dataset(options.dataset);
-  if (!recordings) return recordings.error();
+  TONUS_TRY_ASSIGN(auto usable, recording::read_usable(options.dataset));
   const auto analysis = options.analysis.settings("");
   if (!analysis) return analysis.error();
   if (analysis->force_sign < 0.0) {
-    for (auto& record : *recordings) {
-      if (auto stated = recording::state_force_sign(record, -1); !stated) return stated;
-    }
+    TONUS_TRY(recording::state_force_sign(usable, -1));
   }
+  for (const auto& item : usable.left_out)
+    std::fprintf(stderr, "tonus import: left out: %s\n", shown(item).c_str());
   TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
   TONUS_TRY(check_archive(archive));
   const SystemClock clock;
@@ -65,7 +65,8 @@ Result<void> import(const ImportOptions& options) {
       clock.utc_ns(), analysis->core, options.configuration};
   ProgressBar bar("trials");
   const auto sessions = session_import::sessions_of(
-      *recordings, settings, [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
+      usable.recordings, settings,
+      [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
   bar.clear();
   if (!sessions) return sessions.error();
   // Nothing is on the disk until here. From here on an interrupt waits until a session is stored whole.

@@ -5,16 +5,14 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
-#include "idl/bounds.hpp"
-#include "idl/topics.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/subject_json.hpp"
 #include "services/core/json_text.hpp"
 #include "services/core/text.hpp"
 #include "services/runtime/options.hpp"
-#include "services/store/session_reader.hpp"
-#include "services/store/stored_message.hpp"
+#include "services/store/session_list.hpp"
 
 namespace tonus::cli {
 namespace {
@@ -22,25 +20,18 @@ namespace {
 struct ListedSession {
   store::SessionRecord record;
   std::optional<v1::SessionState> state;
+  v1::SessionPlan plan;
   store::Certificate certificate;
   std::size_t attempts = 0;
   std::size_t incomplete = 0;
 };
 
 Result<std::vector<ListedSession>> list(store::Store& store) {
-  const auto records = store::list_sessions(store);
-  if (!records) return records.error();
+  TONUS_TRY_ASSIGN(auto summaries, store::summarise_sessions(store));
   std::vector<ListedSession> sessions;
-  for (const auto& record : *records) {
-    ListedSession session{record, {}, {}, 0, 0};
-    const store::MessageQuery query{std::string(topics::kSessionState.spec.name), {}, record.session};
-    auto visited = store.visit_messages(query, [&](const store::Message& message) -> Result<void> {
-      if (auto state = store::decode_stored<v1::SessionState>(*message.payload))
-        session.state = std::move(*state);
-      return {};
-    });
-    if (!visited) return visited.error();
-    const auto trials = store.trials(record.session);
+  for (auto& summary : summaries) {
+    ListedSession session{summary.record, std::move(summary.state), std::move(summary.plan), {}, 0, 0};
+    const auto trials = store.trials(summary.record.session);
     if (!trials) return trials.error();
     session.attempts = trials->size();
     for (const auto& trial : *trials) {
@@ -52,11 +43,15 @@ Result<std::vector<ListedSession>> list(store::Store& store) {
   return sessions;
 }
 
-std::string completeness(const ListedSession& session) {
+std::string sample_text(const ListedSession& session) {
   if (session.attempts == 0) return "no trial yet";
   if (session.incomplete == 0) return fmt::format("whole, {} samples", session.certificate.received);
   return fmt::format("{} of {} trials incomplete, {} samples missing", session.incomplete, session.attempts,
                      session.certificate.missing);
+}
+
+std::string completeness(const ListedSession& session) {
+  return (session.plan.is_pilot() ? "pilot; " : "") + sample_text(session);
 }
 
 void print(const std::vector<ListedSession>& sessions) {
@@ -88,6 +83,10 @@ nlohmann::json as_json(const std::vector<ListedSession>& sessions) {
     const auto& counts = session.certificate;
     list.push_back({{"session", to_hex(session.record.session)},
                     {"subject", session.record.subject},
+                    {"subject_facts", contract::message_json(session.plan.subject_facts())},
+                    {"operator_name", session.plan.operator_name()},
+                    {"study", session.plan.study()},
+                    {"is_pilot", session.plan.is_pilot()},
                     {"protocol", session.record.protocol_name},
                     {"started_at", session.record.started_at},
                     {"state", session.state ? v1::phase_name(session.state->phase()) : "unknown"},

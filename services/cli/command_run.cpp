@@ -76,21 +76,26 @@ Result<void> check_results_file(const RunOptions& run) {
                                                " is a study of several; they are in the archive");
 }
 
+struct StudyPart {
+  std::string study;
+  protocol::StudySubject subject;
+};
+
 /// Whose part of a study is to be run; none: the protocol is no study. A protocol that cannot be read is the
 /// error.
-Result<std::optional<protocol::StudySubject>> subject_of_study(const RunOptions& run) {
-  using Subject = std::optional<protocol::StudySubject>;
+Result<std::optional<StudyPart>> part_of_study(const RunOptions& run) {
+  using Part = std::optional<StudyPart>;
   if (!run.dataset.empty()) {
     if (auto text = protocol_text(run); !text) return text.error();
-    return Subject();
+    return Part();
   }
   const auto protocol = protocol::load_protocol(run.protocol);
   if (!protocol) return protocol.error();
-  if (protocol->kind != protocol::ProtocolKind::kStudy) return Subject();
+  if (protocol->kind != protocol::ProtocolKind::kStudy) return Part();
   auto subject = study_subject(run, *protocol);
   if (!subject) return subject.error();
   if (auto good = check_results_file(run); !good) return good.error();
-  return Subject(std::move(*subject));
+  return Part({protocol->name, std::move(*subject)});
 }
 
 Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& run) {
@@ -103,13 +108,13 @@ Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& ru
     return fail(ErrorCode::kInvalidArgument,
                 "--like " + run.like + ": is not allowed; expected together with --dry-run");
   }
-  const auto subject = subject_of_study(run);
-  if (!subject) return subject.error();
+  TONUS_TRY(check_people(run));
+  TONUS_TRY_ASSIGN(const auto part, part_of_study(run));
   auto end = OperatorConnection::join(common);
   if (!end) return end.error();
   OperatorConnection& op = **end;
   if (auto complete = op.wait_for_roster(); !complete) return complete;
-  if (*subject) return run_study_subject(op, run, **subject);
+  if (part) return run_study_subject(op, run, part->study, part->subject);
   return run_session(
       op.client(), run, op.clock(), [] { return Result<void>(); }, [&] { return op.interruptions(); });
 }
@@ -193,6 +198,7 @@ void add_run_command(CLI::App& app, Command& chosen) {
   auto run = std::make_shared<RunOptions>();
   runtime::add_common_options(*command, *common);
   add_run_options(*command, *run);
+  add_people_options(*command, run->people);
   command->add_option("--dataset", run->dataset,
                       "play every record of this BIDS dataset, instead of a protocol");
   command->add_option("--profile", run->profile, "of the simulated rig, for its truth beside the results");

@@ -8,7 +8,7 @@
 
 #include "services/cli/commands.hpp"
 #include "services/cli/condition_text.hpp"
-#include "services/cli/operator_connection.hpp"
+#include "services/cli/current_session.hpp"
 #include "services/contract/names.hpp"
 #include "services/contract/subject.hpp"
 #include "services/core/json_text.hpp"
@@ -18,8 +18,6 @@
 namespace tonus::cli {
 namespace {
 
-constexpr const char* kNotUp =
-    "`tonus up` starts the services of this machine, `tonus doctor` says what is missing";
 constexpr std::chrono::seconds kLook{2};
 constexpr std::chrono::seconds kReplyLimit{30};
 constexpr std::chrono::seconds kStopLimit{5};
@@ -96,7 +94,7 @@ Result<void> status(const runtime::CommonOptions& common, bool is_json) {
   const auto present = client.roster().present();
   if (present.empty()) {
     return fail(ErrorCode::kUnavailable, fmt::format("no service was heard of in domain {} within {} s; {}",
-                                                     common.domain, kLook.count(), kNotUp));
+                                                     common.domain, kLook.count(), kServicesNotUp));
   }
   if (is_json) {
     std::printf("%s\n", json_text(status_json(present, client.newest_state(), (*end)->held())).c_str());
@@ -127,8 +125,8 @@ Result<void> clear_fault(const runtime::CommonOptions& common) {
   const auto is_interrupted = [&end] { return end->is_interrupted(); };
   if (!client.wait_for([&] { return client.rig_state(rig).has_value(); }, kLook, is_interrupted)) {
     if (is_interrupted()) return interrupted();
-    return fail(ErrorCode::kNotFound,
-                fmt::format("there is no rig '{}' in domain {}; {}", common.rig, common.domain, kNotUp));
+    return fail(ErrorCode::kNotFound, fmt::format("there is no rig '{}' in domain {}; {}", common.rig,
+                                                  common.domain, kServicesNotUp));
   }
   const v1::RigState state = *client.rig_state(rig);
   if (state.mode() != v1::RIG_HELD) {
@@ -146,23 +144,13 @@ Result<void> clear_fault(const runtime::CommonOptions& common) {
 }
 
 Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest request) {
-  auto end = OperatorConnection::join(common);
-  if (!end) return end.error();
-  SessionClient& client = (*end)->client();
-  // What has ended is heard of, too, and maybe first.
-  const auto goes_on = [&] { return client.newest_state() && !v1::is_over(client.newest_state()->phase()); };
-  const bool is_heard = client.wait_for(goes_on, kLook, [&] { return (*end)->is_interrupted(); }).has_value();
-  if ((*end)->is_interrupted()) return interrupted();
-  if (!is_heard && !client.newest_state()) {
-    return fail(ErrorCode::kNotFound,
-                fmt::format("there is no session in domain {}; {}", common.domain,
-                            client.roster().present().empty() ? kNotUp : "`tonus run PROTOCOL` starts one"));
-  }
+  TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
+  TONUS_TRY_ASSIGN(const auto state, current_session(*end, common));
   v1::SessionCommand command;
-  command.session_id(client.newest_state()->session_id());
+  command.session_id(state.session_id());
   command.request(request);
   command.subject_facts(contract::unknown_subject());
-  auto reply = client.request(command, kReplyLimit);
+  auto reply = end->client().request(command, kReplyLimit);
   if (!reply) return reply.error();
   std::printf("%s\n", reply->c_str());
   return {};

@@ -31,6 +31,7 @@ void add_backup_commands(CLI::App& app, Command& chosen);  ///< backup, restore
 void add_recover_command(CLI::App& app, Command& chosen);
 void add_export_command(CLI::App& app, Command& chosen);
 void add_import_command(CLI::App& app, Command& chosen);
+void add_review_commands(CLI::App& app, Command& chosen);    ///< reject, note
 void add_steering_commands(CLI::App& app, Command& chosen);  ///< pause, resume, abort, stop, clear-fault
 
 }  // namespace tonus::cli

@@ -51,11 +51,12 @@ std::string hdf5_section() {
   std::string text =
       "\n## HDF5\n\n`tonus export --format hdf5` writes one file. Each dataset has the attributes `units` "
       "and `description`. A trial is\n"
-      "`/trials/NNNN` (its attempt), an estimate `/estimates/NNN`.\n";
+      "`/trials/NNNN` (its attempt), an estimate `/estimates/NNN`, a note `/notes/NNN`.\n";
   text += attributes("/", formats::session_attributes());
   text += attributes("/rig", formats::rig_attributes());
   text += attributes("/trials/NNNN", formats::trial_attributes());
   text += attributes("/estimates/NNN", formats::estimate_attributes());
+  text += attributes("/notes/NNN", formats::note_attributes());
   text += "\n### Datasets of a trial, two numbers a sample\n\n| dataset | meaning |\n|---|---|\n";
   for (const auto& dataset : formats::pair_datasets())
     text += fmt::format("| `{}` | {} |\n", dataset.name, cell(dataset.description));
@@ -71,7 +72,8 @@ Result<std::string> formats_page() {
          "[bids-specification](https://bids-specification.readthedocs.io/). Numbers without a value are "
          "empty cells (CSV), NaN\n"
          "(HDF5) or null (JSON), never 0.\n\n## CSV\n\n`columns.csv` in the exported folder has the same.\n" +
-         csv_table("trials.csv", formats::trial_columns()) +
+         csv_table("session.csv", formats::session_columns()) +
+         csv_table("trials.csv", formats::trial_columns()) + csv_table("notes.csv", formats::note_columns()) +
          csv_table("estimates.csv", formats::estimate_columns()) +
          csv_table("samples/trial-N.csv", formats::sample_columns()) + hdf5_section() + archive +
          "\n## JSON\n\nEvery answer has `schema`, the version of its form. [JSON](json.md) lists the keys.\n";

@@ -23,6 +23,7 @@ int main(int argc, char** argv) {
   cli::add_doctor_command(app, chosen);
   cli::add_status_command(app, chosen);
   cli::add_steering_commands(app, chosen);
+  cli::add_review_commands(app, chosen);
   cli::add_pki_commands(app, chosen);
   cli::add_identify_command(app, chosen);
   cli::add_certify_command(app, chosen);

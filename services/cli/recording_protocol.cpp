@@ -1,10 +1,12 @@
 #include "services/cli/recording_protocol.hpp"
 
 #include <algorithm>
+#include <cstdio>
 #include <spdlog/fmt/fmt.h>
 #include <sstream>
 #include <toml++/toml.h>
 
+#include "services/core/text.hpp"
 #include "services/recording/dataset.hpp"
 
 namespace tonus::cli {
@@ -42,10 +44,12 @@ toml::table record_table(const recording::Recording& record) {
 }  // namespace
 
 Result<std::string> recording_protocol(const std::filesystem::path& dataset) {
-  auto records = recording::read_dataset(dataset);
-  if (!records) return records.error();
+  TONUS_TRY_ASSIGN(auto usable, recording::read_usable(dataset));
+  TONUS_TRY(recording::keep_what_counts(usable));
+  for (const auto& item : usable.left_out)
+    std::fprintf(stderr, "tonus: %s: left out: %s\n", dataset.string().c_str(), shown(item).c_str());
   toml::array recordings;
-  for (const auto& record : *records) recordings.push_back(record_table(record));
+  for (const auto& record : usable.recordings) recordings.push_back(record_table(record));
   const toml::table protocol{{"schema", 1},
                              {"kind", "recording"},
                              {"name", dataset.filename().empty() ? "recording" : dataset.filename().string()},

@@ -27,6 +27,33 @@ std::string matrix_row(const v1::MatrixEstimate& m, unsigned axes, unsigned row)
   return text;
 }
 
+/// 95 % intervals of the ellipse's numbers.
+std::string intervals_text(const v1::MatrixEstimate& m) {
+  const std::string orientation =
+      std::isfinite(m.orientation_low95_deg())
+          ? fmt::format("{:+.0f} to {:+.0f} deg", m.orientation_low95_deg(), m.orientation_high95_deg())
+          : "orientation undetermined: may be a circle";
+  return fmt::format("  95 %: size {:.4g} to {:.4g}, shape {:.2f} to {:.2f}, {}; curl {:.0f} to {:.0f} %",
+                     m.size_low95(), m.size_high95(), m.shape_low95(), m.shape_high95(), orientation,
+                     100.0 * m.curl_low95(), 100.0 * m.curl_high95());
+}
+
+/// The method's bias, where it was simulated and is more than a twentieth of the elements' errors.
+std::string bias_text(const char* name, const v1::MatrixEstimate& m, unsigned axes) {
+  constexpr double kNotable = 0.05;
+  bool is_notable = false;
+  std::string text;
+  for (const std::size_t i : {0, 1, 2, 3}) {
+    if (axes == 1 && i > 0) break;
+    if (!std::isfinite(m.known_bias()[i])) return {};
+    is_notable |= std::abs(m.known_bias()[i]) > kNotable * m.standard_error()[i];
+    text += fmt::format("{}{:+.2g}", text.empty() ? "" : ", ", m.known_bias()[i]);
+  }
+  return is_notable ? fmt::format("    known bias of the method in {}: {}; the 95 % intervals carry it\n",
+                                  name, text)
+                    : std::string{};
+}
+
 std::string matrix_text(const char* name, const std::string& unit, const v1::MatrixEstimate& m, unsigned axes,
                         const Eigen::Matrix2d* truth) {
   std::string text;
@@ -44,9 +71,10 @@ std::string matrix_text(const char* name, const std::string& unit, const v1::Mat
                                 m.shape(), m.orientation_deg(), 100.0 * m.curl())
                   : "  no ellipse: not positive definite";
     }
+    if (row == 1 && m.has_ellipse() && std::isfinite(m.size_low95())) text += intervals_text(m);
     text += "\n";
   }
-  return text;
+  return text + bias_text(name, m, axes);
 }
 
 json pair(const Eigen::Vector2d& v) { return json::array({v[0], v[1]}); }
@@ -93,6 +121,7 @@ std::string fit_text(const v1::Estimate& e) {
   for (const v1::ModelParameter& parameter : e.parameters())
     text += fmt::format("  {} {:.4g} {} (95 %: {:.4g} to {:.4g})\n", parameter.name(), parameter.value(),
                         parameter.unit(), parameter.low95(), parameter.high95());
+  if (!e.prior().empty()) text += "  combined with the prior " + e.prior() + "\n";
   if (!e.compared_models().empty()) text += "  models compared: " + e.compared_models() + "\n";
   return text;
 }

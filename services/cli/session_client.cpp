@@ -8,6 +8,7 @@
 
 #include "idl/topics.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/review.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/options.hpp"
 
@@ -41,6 +42,8 @@ Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
   if (!estimates) return estimates.error();
   auto verdicts = bus::TypedReader<v1::TrialVerdict>::create(bus, topics::kTrialVerdict, notifier);
   if (!verdicts) return verdicts.error();
+  TONUS_TRY_ASSIGN(auto reviews,
+                   bus::TypedReader<v1::TrialReview>::create(bus, topics::kTrialReview, notifier));
   auto descriptions = bus::TypedReader<v1::RigDescription>::create(bus, topics::kRigDescription, notifier);
   if (!descriptions) return descriptions.error();
   TONUS_TRY_ASSIGN(auto rig_states, bus::TypedReader<v1::RigState>::create(bus, topics::kRigState, notifier));
@@ -49,8 +52,8 @@ Result<SessionClient> SessionClient::create(bus::Bus& bus, const Clock& clock,
   auto roster = runtime::Roster::create(bus, clock, notifier);
   if (!roster) return roster.error();
   return SessionClient({std::move(commands), std::move(*replies), std::move(*states), std::move(*estimates),
-                        std::move(*verdicts), std::move(*descriptions), std::move(rig_states),
-                        std::move(rig_commands), std::move(rig_replies)},
+                        std::move(*verdicts), std::move(reviews), std::move(*descriptions),
+                        std::move(rig_states), std::move(rig_commands), std::move(rig_replies)},
                        std::move(*roster), clock, std::move(notifier));
 }
 
@@ -76,6 +79,9 @@ void SessionClient::update() {
   }
   for (auto& received : runtime::drain(endpoints_.verdicts)) {
     verdicts_[received.value.trial_id()] = std::move(received.value);
+  }
+  for (auto& received : runtime::drain(endpoints_.reviews)) {
+    reviews_[received.value.trial_id()] = std::move(received.value);
   }
   for (auto& received : runtime::drain(endpoints_.replies)) {
     replies_[received.value.request_id()] = {received.value.is_done(), received.value.message()};
@@ -184,18 +190,26 @@ bool SessionClient::has_estimated_every_valid_trial(const Id& session) const {
   std::size_t valid = 0;
   for (const auto& [id, verdict] : verdicts_) {
     if (verdict.session_id() != session || !verdict.is_valid()) continue;
-    if (!estimated.contains(verdict.attempt())) return false;
-    ++valid;
+    // An estimate with a trial that was rejected by hand is about to be revised.
+    const bool counts = standing(verdict).is_valid();
+    if (estimated.contains(verdict.attempt()) != counts) return false;
+    valid += counts ? 1 : 0;
   }
   // Verdicts come from another service than the state, and the last ones may be behind it.
   const auto& known = state(session);
   return !known || valid >= known->counted();
 }
 
+v1::TrialVerdict SessionClient::standing(const v1::TrialVerdict& verdict) const {
+  const auto review = reviews_.find(verdict.trial_id());
+  return contract::standing_verdict(verdict, review == reviews_.end() ? nullptr : &review->second);
+}
+
 std::vector<v1::TrialVerdict> SessionClient::rejections(const Id& session) const {
   std::vector<v1::TrialVerdict> all;
   for (const auto& [id, verdict] : verdicts_) {
-    if (verdict.session_id() == session && !verdict.is_valid()) all.push_back(verdict);
+    if (verdict.session_id() != session) continue;
+    if (auto held = standing(verdict); !held.is_valid()) all.push_back(std::move(held));
   }
   std::sort(all.begin(), all.end(), [](const auto& a, const auto& b) { return a.attempt() < b.attempt(); });
   return all;

@@ -56,11 +56,11 @@ class SessionClient {
   /// Newest estimates of a session's conditions, in the order of posture, set and method.
   [[nodiscard]] std::vector<v1::Estimate> estimates(const Id& session) const;
 
-  /// True when every trial that the session counts has its verdict, and every valid one stands behind some
-  /// estimate: the last results have arrived.
+  /// True when every trial that the session counts has its verdict, and every valid one but no rejected one
+  /// stands behind some estimate: the last results have arrived.
   [[nodiscard]] bool has_estimated_every_valid_trial(const Id& session) const;
 
-  /// Verdicts of a session that were not valid, in the order of attempts.
+  /// Verdicts of a session that are not valid, operators' reviews included, in the order of attempts.
   [[nodiscard]] std::vector<v1::TrialVerdict> rejections(const Id& session) const;
 
  private:
@@ -71,6 +71,7 @@ class SessionClient {
     bus::TypedReader<v1::SessionState> states;
     bus::TypedReader<v1::Estimate> estimates;
     bus::TypedReader<v1::TrialVerdict> verdicts;
+    bus::TypedReader<v1::TrialReview> reviews;
     bus::TypedReader<v1::RigDescription> descriptions;
     bus::TypedReader<v1::RigState> rig_states;
     std::optional<bus::TypedWriter<v1::RigCommand>> rig_commands;
@@ -81,6 +82,8 @@ class SessionClient {
                                         std::chrono::milliseconds limit, const char* who);
   SessionClient(Endpoints endpoints, runtime::Roster roster, const Clock& clock,
                 std::shared_ptr<bus::Notifier> notifier);
+  /// With an operator's review.
+  [[nodiscard]] v1::TrialVerdict standing(const v1::TrialVerdict& verdict) const;
 
   Endpoints endpoints_;
   runtime::Roster roster_;
@@ -91,7 +94,8 @@ class SessionClient {
   std::map<Id, std::optional<v1::SessionState>> states_;
   std::optional<v1::SessionState> newest_state_;
   std::map<Id, v1::Estimate> estimates_;
-  std::map<Id, v1::TrialVerdict> verdicts_;
+  std::map<Id, v1::TrialVerdict> verdicts_;  // as published
+  std::map<Id, v1::TrialReview> reviews_;
   std::map<Id, std::optional<v1::RigState>> rig_states_;
   struct Reply {
     bool is_done = false;

@@ -123,8 +123,7 @@ Result<Id> start_session(SessionClient& client, const RunOptions& options) {
   start.session_id(random_id());
   start.request(v1::SESSION_START);
   start.protocol_toml(text);
-  start.subject(options.subject);
-  start.subject_facts(contract::unknown_subject());
+  TONUS_TRY(put_people(options.people, options.subject, start));
   start.seed(options.seed);
   TONUS_TRY(client.request(start, kReplyLimit));
   return start.session_id();
@@ -170,6 +169,11 @@ class Leaving {
 };
 
 }  // namespace
+
+Result<void> check_people(const RunOptions& options) {
+  v1::SessionCommand start;
+  return put_people(options.people, options.subject, start);
+}
 
 Result<std::string> protocol_text(const RunOptions& options) {
   if (!options.dataset.empty()) return recording_protocol(options.dataset);

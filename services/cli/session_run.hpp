@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "services/cli/archive_option.hpp"
+#include "services/cli/people_options.hpp"
 #include "services/cli/session_client.hpp"
 #include "services/core/result.hpp"
 #include "services/simulation/profile.hpp"
@@ -15,6 +16,7 @@ struct RunOptions {
   std::string protocol;  ///< TOML file of the protocol.
   std::string dataset;   ///< Or: play every record of this dataset.
   std::string subject = "sub-01";
+  PeopleOptions people;
   std::uint64_t seed = 1;
   std::string profile;    ///< Of the simulated rig, for the truth beside the results.
   std::string json;       ///< File for the results.
@@ -33,6 +35,9 @@ struct RunOptions {
 [[nodiscard]] Result<void> run_session(SessionClient& client, const RunOptions& options, const Clock& clock,
                                        const std::function<Result<void>()>& tick,
                                        const std::function<int()>& interruptions);
+
+/// Checks what the options say of subject, operator and study, before anything is asked of the services.
+[[nodiscard]] Result<void> check_people(const RunOptions& options);
 
 /// Reads the protocol that the options name.
 [[nodiscard]] Result<std::string> protocol_text(const RunOptions& options);

@@ -1,13 +1,17 @@
 #include "services/cli/session_text.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <map>
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/offline/results_json.hpp"
 #include "services/cli/results.hpp"
+#include "services/contract/message_json.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/subject.hpp"
+#include "services/contract/subject_json.hpp"
 #include "services/core/clock.hpp"
 #include "services/runtime/health.hpp"
 
@@ -20,11 +24,11 @@ using store::SessionTrial;
 
 std::string verdict_text(const SessionTrial& trial) {
   if (!trial.outcome) return "no outcome yet";
-  if (!trial.verdict) return "no verdict yet";
-  const auto& verdict = trial.verdict->value;
-  if (verdict.is_valid()) return "valid";
-  return "rejected: " + (verdict.detail().empty() ? std::string(v1::end_name(trial.outcome->value.end()))
-                                                  : verdict.detail());
+  const auto verdict = store::standing_verdict(trial);
+  if (!verdict) return "no verdict yet";
+  if (verdict->is_valid()) return "valid";
+  return "rejected: " + (verdict->detail().empty() ? std::string(v1::end_name(trial.outcome->value.end()))
+                                                   : verdict->detail());
 }
 
 std::string certificate_text(const store::Certificate& c) {
@@ -55,11 +59,60 @@ std::string trial_line(const SessionTrial& trial) {
   return text + "; " + verdict_text(trial) + "\n";
 }
 
+/// What is known of the subject, with commas between; empty: nothing.
+std::string facts_text(const v1::SubjectFacts& facts) {
+  std::string text;
+  const auto add = [&text](const std::string& part) { text += (text.empty() ? "" : ", ") + part; };
+  const auto add_pair = [&](const char* what, const std::array<double, 2>& pair) {
+    if (std::isfinite(pair[0]) || std::isfinite(pair[1]))
+      add(fmt::format("{} {} and {} m", what, pair[0], pair[1]));
+  };
+  if (std::isfinite(facts.age_years()))
+    add(fmt::format("{}{} years", facts.age_years(), facts.age_years() >= contract::kAgeMost ? "+" : ""));
+  if (!facts.sex().empty()) add(facts.sex());
+  if (!facts.handedness().empty()) add("handedness " + facts.handedness());
+  if (!facts.measured_arm().empty()) add(facts.measured_arm() + " arm measured");
+  if (std::isfinite(facts.height_m())) add(fmt::format("{} m", facts.height_m()));
+  if (std::isfinite(facts.weight_kg())) add(fmt::format("{} kg", facts.weight_kg()));
+  add_pair("links", facts.link_lengths_m());
+  add_pair("circumferences", facts.circumferences_m());
+  add_pair("shoulder at", facts.shoulder_m());
+  return text;
+}
+
+/// Who was measured, by whom and for what.
+std::string people_text(const v1::SessionPlan& plan) {
+  std::string text;
+  if (plan.is_pilot()) text += "  PILOT: a rehearsal, no part of a study's results\n";
+  if (const std::string facts = facts_text(plan.subject_facts()); !facts.empty())
+    text += "  subject: " + facts + "\n";
+  if (!plan.operator_name().empty()) text += "  operator: " + plan.operator_name() + "\n";
+  if (!plan.study().empty()) text += "  study: " + plan.study() + "\n";
+  return text;
+}
+
+std::string notes_text(const Session& session) {
+  std::string text;
+  for (const auto& arrival : session.notes) {
+    const v1::SessionNote& note = arrival.value;
+    text += fmt::format("  {} {}", iso8601(note.written_ns()), note.kind());
+    if (const auto attempt = store::attempt_of(session, note); attempt > 0)
+      text += fmt::format(" on trial {}", attempt);
+    if (!note.written_by().empty()) text += " by " + note.written_by();
+    text += note.has_rig_clock()
+                ? fmt::format(", rig's clock {:.3f} s", 1e-9 * static_cast<double>(note.rig_clock_ns()))
+                : std::string(", no rig heard");
+    text += ": " + note.text() + "\n";
+  }
+  return text.empty() ? text : "notes\n" + text + "\n";
+}
+
 std::string plan_text(const Session& session) {
   const auto& record = session.record;
   std::string text = fmt::format("session {}\n  subject {}, protocol {}, seed {}, started {}, software {}\n",
                                  to_hex(record.session), record.subject, record.protocol_name, record.seed,
                                  record.started_at, record.software_version);
+  text += people_text(session.plan);
   if (const auto& state = session.state) {
     text += fmt::format(
         "  {}: {} of {} planned trials counted, {} rejected, {} attempts; {:.1f} s of experiment\n",
@@ -140,10 +193,11 @@ json trial_json(const SessionTrial& trial) {
                    {"last_sequence", outcome.last_sequence()},
                    {"sample_rate_Hz", outcome.sample_rate_Hz()}});
   }
-  if (trial.verdict) {
-    object["is_valid"] = trial.verdict->value.is_valid();
-    object["verdict"] = trial.verdict->value.detail();
+  if (const auto verdict = store::standing_verdict(trial)) {
+    object["is_valid"] = verdict->is_valid();
+    object["verdict"] = verdict->detail();
   }
+  if (trial.review) object["review"] = contract::message_json(trial.review->value);
   if (trial.record) {
     object["samples"] = certificate_json(trial.record->certificate);
     object["is_certified"] = trial.record->is_certified;
@@ -159,6 +213,7 @@ std::string session_text(const Session& session) {
   for (const auto& trial : session.trials) text += trial_line(trial);
   text += fmt::format("  sum: {}{}\n\n", certificate_text(session.certificate()),
                       session.is_whole() ? ", whole" : "");
+  text += notes_text(session);
   for (const auto& estimate : store::newest_estimates(session)) text += as_text(estimate, {}) + "\n";
   return text + surroundings_text(session);
 }
@@ -169,6 +224,10 @@ json session_json(const Session& session) {
   root["session"] = {{"id", to_hex(record.session)},
                      {"rig", to_hex(record.rig)},
                      {"subject", record.subject},
+                     {"subject_facts", contract::message_json(session.plan.subject_facts())},
+                     {"operator_name", session.plan.operator_name()},
+                     {"study", session.plan.study()},
+                     {"is_pilot", session.plan.is_pilot()},
                      {"protocol_name", record.protocol_name},
                      {"protocol_toml", session.plan.protocol_toml()},
                      {"seed", record.seed},
@@ -180,6 +239,8 @@ json session_json(const Session& session) {
                      {"samples", certificate_json(session.certificate())}};
   root["trials"] = json::array();
   for (const auto& trial : session.trials) root["trials"].push_back(trial_json(trial));
+  root["notes"] = json::array();
+  for (const auto& note : session.notes) root["notes"].push_back(contract::message_json(note.value));
   root["configurations"] = json::array();
   for (const auto& c : session.configurations) {
     root["configurations"].push_back({{"service", runtime::role_name(c.value.role())},

@@ -24,8 +24,9 @@ Result<std::filesystem::path> write_profile(const std::filesystem::path& data,
 }
 
 /// One session after the other. File names are relative to the study's own, `run.protocol`.
-Result<void> run_sessions(OperatorConnection& op, RunOptions run, const protocol::StudySubject& subject,
-                          const std::function<Result<void>()>& tick) {
+Result<void> run_sessions(OperatorConnection& op, RunOptions run, const std::string& study,
+                          const protocol::StudySubject& subject, const std::function<Result<void>()>& tick) {
+  if (run.people.study.empty()) run.people.study = study;
   const auto folder = std::filesystem::path(run.protocol).parent_path();
   run.subject = subject.name;
   run.seed = subject.seed;
@@ -42,7 +43,7 @@ Result<void> run_sessions(OperatorConnection& op, RunOptions run, const protocol
 
 /// Everything of one subject on services of its own.
 Result<void> run_on_own_services(const SystemOptions& system_options, const RunOptions& run,
-                                 const protocol::StudySubject& subject) {
+                                 const std::string& study, const protocol::StudySubject& subject) {
   auto end = OperatorConnection::join(system_options.common);
   if (!end) return end.error();
   OperatorConnection& op = **end;
@@ -50,7 +51,7 @@ Result<void> run_on_own_services(const SystemOptions& system_options, const RunO
   if (!system) return system.error();
   const auto supervise = [&] { return system->supervise("tonus demo"); };
   if (auto complete = op.wait_for_roster(supervise); !complete) return complete;
-  return run_sessions(op, run, subject, supervise);
+  return run_sessions(op, run, study, subject, supervise);
 }
 
 }  // namespace
@@ -65,9 +66,9 @@ Result<protocol::StudySubject> study_subject(const RunOptions& run, const protoc
                                                run.protocol + "; expected one of " + names);
 }
 
-Result<void> run_study_subject(OperatorConnection& op, const RunOptions& run,
+Result<void> run_study_subject(OperatorConnection& op, const RunOptions& run, const std::string& study,
                                const protocol::StudySubject& subject) {
-  return run_sessions(op, run, subject, [] { return Result<void>(); });
+  return run_sessions(op, run, study, subject, [] { return Result<void>(); });
 }
 
 Result<void> run_study(const SystemOptions& system, const RunOptions& run, const protocol::Protocol& study,
@@ -94,7 +95,7 @@ Result<void> run_study(const SystemOptions& system, const RunOptions& run, const
     RunOptions part = run;
     part.profile = own.profile;
     part.is_brief = true;
-    if (auto ran = run_on_own_services(own, part, subject); !ran)
+    if (auto ran = run_on_own_services(own, part, study.name, subject); !ran)
       return fail(ran.error().code, "subject " + subject.name + ": " + ran.error().message);
   }
   return {};

@@ -17,9 +17,10 @@ namespace tonus::cli {
 [[nodiscard]] Result<protocol::StudySubject> study_subject(const RunOptions& run,
                                                            const protocol::Protocol& study);
 
-/// Every session that the study has for one subject, one after the other, on services that are up. The first
-/// one that does not complete is the error.
+/// Every session that the study of this name has for one subject, one after the other, on services that are
+/// up. The first one that does not complete is the error. The sessions belong to the study, or to that of
+/// run.people.study.
 [[nodiscard]] Result<void> run_study_subject(OperatorConnection& op, const RunOptions& run,
-                                             const protocol::StudySubject& subject);
+                                             const std::string& study, const protocol::StudySubject& subject);
 
 }  // namespace tonus::cli

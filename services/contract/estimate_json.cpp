@@ -40,12 +40,46 @@ json vector_intervals(const v1::VectorEstimate& v, unsigned axes) {
   return cells;
 }
 
+json known_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+
+json interval(double low, double high) { return json::array({known_or_null(low), known_or_null(high)}); }
+
 json ellipse(const v1::MatrixEstimate& m) {
   if (!m.has_ellipse()) return {{"reason", "not positive definite"}};
-  return {{"size", m.size()}, {"shape", m.shape()}, {"orientation_deg", m.orientation_deg()}};
+  return {{"size", m.size()},
+          {"shape", m.shape()},
+          {"orientation_deg", m.orientation_deg()},
+          {"size_ci95", interval(m.size_low95(), m.size_high95())},
+          {"shape_ci95", interval(m.shape_low95(), m.shape_high95())},
+          {"orientation_ci95_deg", interval(m.orientation_low95_deg(), m.orientation_high95_deg())},
+          {"curl_ci95", interval(m.curl_low95(), m.curl_high95())}};
 }
 
-json known_or_null(double value) { return std::isfinite(value) ? json(value) : json(nullptr); }
+/// Of the elements row by row; null: not known.
+json covariance(const v1::MatrixEstimate& m, unsigned axes) {
+  json rows = json::array();
+  for (unsigned i = 0; i < axes * axes; ++i) {
+    json cells = json::array();
+    for (unsigned j = 0; j < axes * axes; ++j) cells.push_back(known_or_null(m.covariance()[4 * i + j]));
+    rows.push_back(cells);
+  }
+  return rows;
+}
+
+json covariance(const v1::VectorEstimate& v, unsigned axes) {
+  json rows = json::array();
+  for (unsigned i = 0; i < axes; ++i) {
+    json cells = json::array();
+    for (unsigned j = 0; j < axes; ++j) cells.push_back(known_or_null(v.covariance()[2 * i + j]));
+    rows.push_back(cells);
+  }
+  return rows;
+}
+
+json known_bias(const v1::MatrixEstimate& m, unsigned axes) {
+  if (!std::isfinite(m.known_bias()[0])) return nullptr;
+  return matrix(m.known_bias(), axes);
+}
 
 json known_or_null(const std::array<double, 2>& values, unsigned axes) {
   json cells = json::array();
@@ -83,6 +117,7 @@ json json_of(const v1::Estimate& e) {
   json c = {{"posture", e.posture()},
             {"bias_N", {e.bias_N()[0], e.bias_N()[1]}},
             {"set", e.set_number() == 0 ? json(nullptr) : json(e.set_number())},
+            {"instruction", e.instruction().empty() ? json(nullptr) : json(e.instruction())},
             {"method", e.method()},
             {"model", e.model()},
             {"trials_used", e.trials_used()},
@@ -102,6 +137,13 @@ json json_of(const v1::Estimate& e) {
                  {"B_Ns_per_m", matrix_intervals(e.damping_Ns_per_m(), axes)},
                  {"K_N_per_m", matrix_intervals(e.stiffness_N_per_m(), axes)},
                  {"X0_m", vector_intervals(e.spring_centre_m(), axes)}};
+    c["covariance"] = {{"M_kg2", covariance(e.mass_kg(), axes)},
+                       {"B_N2s2_per_m2", covariance(e.damping_Ns_per_m(), axes)},
+                       {"K_N2_per_m2", covariance(e.stiffness_N_per_m(), axes)},
+                       {"X0_m2", covariance(e.spring_centre_m(), axes)}};
+    c["known_bias"] = {{"M_kg", known_bias(e.mass_kg(), axes)},
+                       {"B_Ns_per_m", known_bias(e.damping_Ns_per_m(), axes)},
+                       {"K_N_per_m", known_bias(e.stiffness_N_per_m(), axes)}};
     c["sigma_N"] = vector(e.sigma_N(), axes);
     c["condition_number"] = e.condition_number();
     c["lag_s"] = known_or_null(e.lag_s(), axes);
@@ -114,6 +156,7 @@ json json_of(const v1::Estimate& e) {
   c["degrees_of_freedom"] = e.degrees_of_freedom();
   c["checks"] = checks(e);
   if (!e.parameters().empty()) c["parameters"] = parameters(e);
+  if (!e.prior().empty()) c["prior"] = e.prior();
   if (!e.compared_models().empty()) c["compared_models"] = e.compared_models();
   if (axes == 2 && e.status() != v1::ESTIMATE_UNDETERMINED) {
     c["ellipses"] = {{"M", ellipse(e.mass_kg())},

@@ -14,10 +14,13 @@ namespace tonus::contract {
 
 [[nodiscard]] nlohmann::json message_json(const v1::Estimate& estimate);
 [[nodiscard]] nlohmann::json message_json(const v1::TrialVerdict& verdict);
+[[nodiscard]] nlohmann::json message_json(const v1::TrialReview& review);
 [[nodiscard]] nlohmann::json message_json(const v1::TrialProgram& program);
 [[nodiscard]] nlohmann::json message_json(const v1::TrialOutcome& outcome);
 [[nodiscard]] nlohmann::json message_json(const v1::SessionPlan& plan);
 [[nodiscard]] nlohmann::json message_json(const v1::SessionState& state);
+[[nodiscard]] nlohmann::json message_json(const v1::SessionNote& note);
 [[nodiscard]] nlohmann::json message_json(const v1::RigState& state);
+[[nodiscard]] nlohmann::json message_json(const v1::RigDescription& description);
 
 }  // namespace tonus::contract

@@ -146,6 +146,32 @@ constexpr Explanation kEstimateReasons[] = {
      "settle.",
      "The data hardly show the effect; the record is short or its amplitude small.",
      "Use model linear or auto; measure longer or with another amplitude."},
+    {"asymmetric_mass",
+     "Suspect: the mass matrix is not symmetric. Kinetic energy is a square, so that every arm's mass is; "
+     "the "
+     "force is not that of these axes.",
+     "Force channels that are swapped, turned against the axes of motion, coupled to each other or of "
+     "different "
+     "gain; a calibration of another sensor.",
+     "Check which channel is which axis, the sensor's angle and its calibration matrix: push along one "
+     "axis."},
+    {"at_bound",
+     "Suspect: a parameter of the model stands at the end of what is searched (a reflex's delay: 20 to 80 "
+     "ms), "
+     "so that its true value may lie beyond.",
+     "The model is not the arm's: something else than a reflex makes the response depart from mass, damping "
+     "and "
+     "stiffness.",
+     "Use another model, or a band in which model linear passes; look at the reasons of --model auto."},
+    {"methods_differ",
+     "Suspect: methods refined and state_variable, the latter less its known bias, differ in an element by "
+     "more than their joint 95 % intervals. They see the same noise and make different use of the motion: on "
+     "an arm that M, B, K describe they agree.",
+     "The arm or its grip is not what the model says (slack, hardening, a reflex); the command is not what "
+     "moved the hand; single trials are far from the others.",
+     "Read the other reasons and the verdicts of the last trials; tighten the grip; look at a trial's "
+     "traces. "
+     "If only this reason stands, measure more trials."},
     {"no_command",
      "Undetermined: method refined needs the commanded displacement, and the trials do not have it.",
      "A dataset without the channels xc and yc; a driver that does not report its command.",

@@ -3,14 +3,16 @@
 #include <array>
 
 #include "services/contract/rig.hpp"
+#include "services/core/clock.hpp"
 #include "services/store/archived_trial.hpp"
 
 namespace tonus::formats {
 namespace {
 
 std::string_view validity_of(const store::SessionTrial& trial) {
-  if (!trial.verdict) return "";
-  return trial.verdict->value.is_valid() ? "true" : "false";
+  const auto verdict = store::standing_verdict(trial);
+  if (!verdict) return "";
+  return verdict->is_valid() ? "true" : "false";
 }
 
 /// A cell that is empty where nothing was measured.
@@ -31,6 +33,89 @@ void spread(const EstimateRow& row, CsvLine& line) {
     line.nothing();
   }
 }
+
+using store::Session;
+
+constexpr std::array kSessionColumns{
+    CsvColumn<Session>{"session_id", "", "32 hexadecimal digits",
+                       [](const Session& s, CsvLine& line) { line.text(to_hex(s.record.session)); }},
+    CsvColumn<Session>{"subject", "", "the subject's name",
+                       [](const Session& s, CsvLine& line) { line.text(s.record.subject); }},
+    CsvColumn<Session>{"started_at", "", "ISO 8601, UTC",
+                       [](const Session& s, CsvLine& line) { line.text(s.record.started_at); }},
+    CsvColumn<Session>{"protocol", "", "its name",
+                       [](const Session& s, CsvLine& line) { line.text(s.record.protocol_name); }},
+    CsvColumn<Session>{"seed", "", "of orders and waits",
+                       [](const Session& s, CsvLine& line) { line.whole(s.record.seed); }},
+    CsvColumn<Session>{"operator", "", "who ran the session",
+                       [](const Session& s, CsvLine& line) { line.text(s.plan.operator_name()); }},
+    CsvColumn<Session>{"study", "", "that the session belongs to; empty: none",
+                       [](const Session& s, CsvLine& line) { line.text(s.plan.study()); }},
+    CsvColumn<Session>{
+        "pilot", "", "true: a rehearsal, no part of a study's results",
+        [](const Session& s, CsvLine& line) { line.text(s.plan.is_pilot() ? "true" : "false"); }},
+    CsvColumn<Session>{
+        "age", "year", "of the subject; 89 stands for 89 and more",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().age_years()); }},
+    CsvColumn<Session>{"sex", "", "male, female, other; empty: not known",
+                       [](const Session& s, CsvLine& line) { line.text(s.plan.subject_facts().sex()); }},
+    CsvColumn<Session>{
+        "handedness", "", "right, left, ambidextrous",
+        [](const Session& s, CsvLine& line) { line.text(s.plan.subject_facts().handedness()); }},
+    CsvColumn<Session>{
+        "measured_arm", "", "right, left",
+        [](const Session& s, CsvLine& line) { line.text(s.plan.subject_facts().measured_arm()); }},
+    CsvColumn<Session>{
+        "height_m", "m", "of the subject",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().height_m()); }},
+    CsvColumn<Session>{
+        "weight_kg", "kg", "of the subject",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().weight_kg()); }},
+    CsvColumn<Session>{
+        "upper_arm_m", "m", "length of the upper arm",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().link_lengths_m()[0]); }},
+    CsvColumn<Session>{
+        "forearm_m", "m", "length of the forearm with the hand, to the handle's centre",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().link_lengths_m()[1]); }},
+    CsvColumn<Session>{
+        "upper_arm_circumference_m", "m", "of the upper arm where it is widest",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().circumferences_m()[0]); }},
+    CsvColumn<Session>{
+        "forearm_circumference_m", "m", "of the forearm where it is widest",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().circumferences_m()[1]); }},
+    CsvColumn<Session>{
+        "shoulder_x_m", "m", "centre of the shoulder joint in the robot's frame, x",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().shoulder_m()[0]); }},
+    CsvColumn<Session>{
+        "shoulder_y_m", "m", "centre of the shoulder joint in the robot's frame, y",
+        [](const Session& s, CsvLine& line) { line.number(s.plan.subject_facts().shoulder_m()[1]); }},
+    CsvColumn<Session>{"software_version", "", "of the scheduler",
+                       [](const Session& s, CsvLine& line) { line.text(s.record.software_version); }},
+};
+
+constexpr std::array kNoteColumns{
+    CsvColumn<NoteRow>{"written_at", "", "ISO 8601, UTC",
+                       [](const NoteRow& row, CsvLine& line) { line.text(iso8601(row.note.written_ns())); }},
+    CsvColumn<NoteRow>{"kind", "", "note, marker",
+                       [](const NoteRow& row, CsvLine& line) { line.text(row.note.kind()); }},
+    CsvColumn<NoteRow>{"attempt", "", "trial that it is about; empty: none",
+                       [](const NoteRow& row, CsvLine& line) {
+                         const auto attempt = store::attempt_of(row.session, row.note);
+                         attempt > 0 ? line.whole(attempt) : line.nothing();
+                       }},
+    CsvColumn<NoteRow>{"text", "", "what was written",
+                       [](const NoteRow& row, CsvLine& line) { line.text(row.note.text()); }},
+    CsvColumn<NoteRow>{"written_by", "", "who wrote it",
+                       [](const NoteRow& row, CsvLine& line) { line.text(row.note.written_by()); }},
+    CsvColumn<NoteRow>{"epoch", "ns", "start of the rig's agent, UTC; empty: the rig was not heard",
+                       [](const NoteRow& row, CsvLine& line) {
+                         row.note.has_rig_clock() ? line.whole(row.note.epoch()) : line.nothing();
+                       }},
+    CsvColumn<NoteRow>{"rig_clock_ns", "ns", "rig's monotonic clock, as acquisition_ns of the samples",
+                       [](const NoteRow& row, CsvLine& line) {
+                         row.note.has_rig_clock() ? line.whole(row.note.rig_clock_ns()) : line.nothing();
+                       }},
+};
 
 constexpr std::array kTrialColumns{
     CsvColumn<TrialRow>{"attempt", "", "number of the trial, unique in the session",
@@ -70,7 +155,7 @@ constexpr std::array kTrialColumns{
                         }},
     CsvColumn<TrialRow>{"valid", "", "true, false; empty: no verdict",
                         [](const TrialRow& row, CsvLine& line) { line.text(validity_of(row.trial)); }},
-    CsvColumn<TrialRow>{"reason", "", "why it does not count",
+    CsvColumn<TrialRow>{"reason", "", "why it does not count; of a trial rejected by hand: by whom, and why",
                         [](const TrialRow& row, CsvLine& line) {
                           line.text(row.trial.verdict ? store::why_not_counted(row.trial) : std::string());
                         }},
@@ -171,11 +256,16 @@ constexpr std::array kEstimateColumns{
                              line.whole(static_cast<std::uint32_t>(row.estimate.status()));
                            }},
     CsvColumn<EstimateRow>{
+        "reasons", "", "why it is not ok, names between spaces",
+        [](const EstimateRow& row, CsvLine& line) { line.text(reasons_text(row.estimate)); }},
+    CsvColumn<EstimateRow>{
         "trials_used", "", "trials behind the estimate",
         [](const EstimateRow& row, CsvLine& line) { line.whole(row.estimate.trials_used()); }},
     CsvColumn<EstimateRow>{"quantity", "",
                            "M mass, B damping, K stiffness, X0 spring centre, sigma fitting error, "
-                           "explained_share, lag (of the force), band, independent_units",
+                           "explained_share, lag (of the force), band, independent_units; M_size, M_shape, "
+                           "M_orientation, M_curl of the ellipse; M_known_bias of the method; M_covariance: "
+                           "row and column count the elements xx, xy, yx, yy; B and K likewise",
                            [](const EstimateRow& row, CsvLine& line) { line.text(row.quantity); }},
     CsvColumn<EstimateRow>{"row", "", "of the element, from 1",
                            [](const EstimateRow& row, CsvLine& line) { line.whole(row.row + 1); }},
@@ -194,6 +284,14 @@ constexpr std::array kEstimateColumns{
 };
 
 }  // namespace
+
+std::span<const CsvColumn<Session>> session_columns() { return kSessionColumns; }
+std::span<const CsvColumn<NoteRow>> note_columns() { return kNoteColumns; }
+std::string reasons_text(const v1::Estimate& estimate) {
+  std::string text;
+  for (const std::string& reason : estimate.reasons()) text += (text.empty() ? "" : " ") + reason;
+  return text;
+}
 
 std::span<const CsvColumn<TrialRow>> trial_columns() { return kTrialColumns; }
 std::span<const CsvColumn<SampleRow>> sample_columns() { return kSampleColumns; }

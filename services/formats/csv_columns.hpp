@@ -16,6 +16,17 @@
 /// The columns of every CSV file of a session: one table each makes the header, the rows and columns.csv.
 namespace tonus::formats {
 
+[[nodiscard]] std::span<const CsvColumn<store::Session>> session_columns();
+
+struct NoteRow {
+  const store::Session& session;
+  const v1::SessionNote& note;
+};
+[[nodiscard]] std::span<const CsvColumn<NoteRow>> note_columns();
+
+/// Why an estimate is not ok: names between spaces; empty: it is.
+[[nodiscard]] std::string reasons_text(const v1::Estimate& estimate);
+
 /// A trial with an outcome.
 struct TrialRow {
   explicit TrialRow(const store::SessionTrial& of)

@@ -1,6 +1,7 @@
 #include "services/formats/csv_export.hpp"
 
 #include <cmath>
+#include <limits>
 #include <spdlog/fmt/fmt.h>
 #include <string>
 
@@ -18,7 +19,8 @@ using store::Session;
 using store::SessionTrial;
 
 std::string columns_text() {
-  return "file,column,unit,meaning\n" + description_of("trials.csv", trial_columns()) +
+  return "file,column,unit,meaning\n" + description_of("session.csv", session_columns()) +
+         description_of("trials.csv", trial_columns()) + description_of("notes.csv", note_columns()) +
          description_of("estimates.csv", estimate_columns()) +
          description_of("samples/trial-N.csv", sample_columns());
 }
@@ -57,6 +59,40 @@ std::string matrix_lines(const v1::Estimate& e, std::string_view name, const v1:
   return text;
 }
 
+/// Size, shape, orientation and curl of a matrix's ellipse, and the covariances of its elements.
+std::string further_lines(const v1::Estimate& e, const std::string& name, const v1::MatrixEstimate& m,
+                          const std::string& unit) {
+  constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  std::string text;
+  const auto add = [&](const char* what, double value, double low, double high, const std::string& of) {
+    text += line_of(estimate_columns(),
+                    EstimateRow{e, name + what, 0, 0, value, EstimateRow::Spread{kUnknown, low, high}, of});
+  };
+  if (e.axes() == 2 && m.has_ellipse()) {
+    add("_size", m.size(), m.size_low95(), m.size_high95(), "(" + unit + ")^2");
+    add("_shape", m.shape(), m.shape_low95(), m.shape_high95(), "");
+    add("_orientation", m.orientation_deg(), m.orientation_low95_deg(), m.orientation_high95_deg(), "deg");
+    add("_curl", m.curl(), m.curl_low95(), m.curl_high95(), "");
+  }
+  const std::string covariance = name + "_covariance";
+  const std::string bias = name + "_known_bias";
+  for (std::uint32_t i = 0; i < e.axes() * e.axes(); ++i) {
+    for (std::uint32_t j = 0; j < e.axes() * e.axes(); ++j) {
+      const double value = m.covariance()[std::size_t{4} * i + j];
+      if (std::isfinite(value))
+        text += line_of(estimate_columns(), EstimateRow{e, covariance, i, j, value, {}, "(" + unit + ")^2"});
+    }
+  }
+  for (std::uint32_t row = 0; row < e.axes(); ++row) {
+    for (std::uint32_t column = 0; column < e.axes(); ++column) {
+      const double value = m.known_bias()[std::size_t{2} * row + column];
+      if (std::isfinite(value))
+        text += line_of(estimate_columns(), EstimateRow{e, bias, row, column, value, {}, unit});
+    }
+  }
+  return text;
+}
+
 std::string estimate_lines(const v1::Estimate& e) {
   const contract::MatrixUnits units = contract::matrix_units({e.displacement_unit(), e.force_unit()});
   std::string text = matrix_lines(e, "M", e.mass_kg(), units.mass) +
@@ -84,6 +120,18 @@ std::string estimate_lines(const v1::Estimate& e) {
     add("band_low", 0, e.band_low_Hz(), "Hz");
     add("band_high", 0, e.band_high_Hz(), "Hz");
   }
+  for (std::uint32_t i = 0; i < e.axes(); ++i) {
+    for (std::uint32_t j = 0; j < e.axes(); ++j) {
+      const double value = centre.covariance()[std::size_t{2} * i + j];
+      if (std::isfinite(value))
+        text +=
+            line_of(estimate_columns(),
+                    EstimateRow{e, "X0_covariance", i, j, value, {}, "(" + e.displacement_unit() + ")^2"});
+    }
+  }
+  text += further_lines(e, "M", e.mass_kg(), units.mass) +
+          further_lines(e, "B", e.damping_Ns_per_m(), units.damping) +
+          further_lines(e, "K", e.stiffness_N_per_m(), units.stiffness);
   add("independent_units", 0, e.independent_units(), "");
   for (const v1::ModelParameter& parameter : e.parameters()) {
     const EstimateRow::Spread spread{parameter.standard_error(), parameter.low95(), parameter.high95()};
@@ -110,7 +158,12 @@ Result<void> write_tables(store::Store& store, const Session& session, const fs:
     TONUS_TRY_ASSIGN(const auto text, samples_text(store, session, trial));
     TONUS_TRY(create_text_file(folder / "samples" / fmt::format("trial-{}.csv", trial.attempt), text));
   }
+  TONUS_TRY(create_text_file(folder / "session.csv",
+                             header_of(session_columns()) + line_of(session_columns(), session)));
   TONUS_TRY(create_text_file(folder / "trials.csv", trials));
+  std::string notes = header_of(note_columns());
+  for (const auto& note : session.notes) notes += line_of(note_columns(), NoteRow{session, note.value});
+  TONUS_TRY(create_text_file(folder / "notes.csv", notes));
   std::string estimates = header_of(estimate_columns());
   for (const auto& estimate : store::newest_estimates(session)) estimates += estimate_lines(estimate);
   TONUS_TRY(create_text_file(folder / "estimates.csv", estimates));

@@ -17,6 +17,8 @@ using FurtherFiles = std::vector<std::pair<std::string, std::string>>;
 /// Writes a session as a folder of CSV files (RFC 4180, UTF-8, '.' as decimal sign, header line):
 ///
 /// - columns.csv: every column of every file, with unit and meaning
+/// - session.csv: one row: subject, operator, study, what is known of the subject
+/// - notes.csv: one row a note or marker
 /// - trials.csv: one row an attempt: what was planned, how it ended, its verdict and certificate
 /// - estimates.csv: one row an element of a matrix or vector of each condition, method and model
 /// - samples/trial-N.csv: one row a sample: raw and converted; empty cells where nothing was measured

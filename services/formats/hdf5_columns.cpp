@@ -1,5 +1,8 @@
 #include "services/formats/hdf5_columns.hpp"
 
+#include "services/core/clock.hpp"
+#include "services/formats/csv_columns.hpp"
+
 namespace tonus::formats {
 namespace {
 
@@ -12,6 +15,40 @@ constexpr std::array kSessionAttributes{
                        [](const Session& s) { return AttributeValue(to_hex(s.record.session)); }},
     Attribute<Session>{"rig_id", [](const Session& s) { return AttributeValue(to_hex(s.record.rig)); }},
     Attribute<Session>{"subject", [](const Session& s) { return AttributeValue(s.record.subject); }},
+    Attribute<Session>{"age_years",
+                       [](const Session& s) { return AttributeValue(s.plan.subject_facts().age_years()); }},
+    Attribute<Session>{"sex", [](const Session& s) { return AttributeValue(s.plan.subject_facts().sex()); }},
+    Attribute<Session>{"handedness",
+                       [](const Session& s) { return AttributeValue(s.plan.subject_facts().handedness()); }},
+    Attribute<Session>{
+        "measured_arm",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().measured_arm()); }},
+    Attribute<Session>{"height_m",
+                       [](const Session& s) { return AttributeValue(s.plan.subject_facts().height_m()); }},
+    Attribute<Session>{"weight_kg",
+                       [](const Session& s) { return AttributeValue(s.plan.subject_facts().weight_kg()); }},
+    Attribute<Session>{
+        "upper_arm_m",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().link_lengths_m()[0]); }},
+    Attribute<Session>{
+        "forearm_m",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().link_lengths_m()[1]); }},
+    Attribute<Session>{
+        "upper_arm_circumference_m",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().circumferences_m()[0]); }},
+    Attribute<Session>{
+        "forearm_circumference_m",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().circumferences_m()[1]); }},
+    Attribute<Session>{
+        "shoulder_x_m",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().shoulder_m()[0]); }},
+    Attribute<Session>{
+        "shoulder_y_m",
+        [](const Session& s) { return AttributeValue(s.plan.subject_facts().shoulder_m()[1]); }},
+    Attribute<Session>{"operator", [](const Session& s) { return AttributeValue(s.plan.operator_name()); }},
+    Attribute<Session>{"study", [](const Session& s) { return AttributeValue(s.plan.study()); }},
+    Attribute<Session>{"is_pilot",
+                       [](const Session& s) { return AttributeValue(std::int64_t{s.plan.is_pilot()}); }},
     Attribute<Session>{"protocol_name",
                        [](const Session& s) { return AttributeValue(s.record.protocol_name); }},
     Attribute<Session>{"protocol_toml",
@@ -102,6 +139,7 @@ constexpr std::array kEstimateAttributes{
     Attribute<Estimate>{"method", [](const Estimate& e) { return AttributeValue(e.method()); }},
     Attribute<Estimate>{"model", [](const Estimate& e) { return AttributeValue(e.model()); }},
     Attribute<Estimate>{"status", [](const Estimate& e) { return AttributeValue(std::int64_t{e.status()}); }},
+    Attribute<Estimate>{"reasons", [](const Estimate& e) { return AttributeValue(reasons_text(e)); }},
     Attribute<Estimate>{"trials_used",
                         [](const Estimate& e) { return AttributeValue(std::int64_t{e.trials_used()}); }},
     Attribute<Estimate>{
@@ -132,6 +170,23 @@ constexpr std::array kEstimateAttributes{
                         }},
 };
 
+constexpr std::array kNoteAttributes{
+    Attribute<NoteRow>{"written_at",
+                       [](const NoteRow& n) { return AttributeValue(iso8601(n.note.written_ns())); }},
+    Attribute<NoteRow>{"kind", [](const NoteRow& n) { return AttributeValue(n.note.kind()); }},
+    Attribute<NoteRow>{
+        "attempt",
+        [](const NoteRow& n) { return AttributeValue(std::int64_t{store::attempt_of(n.session, n.note)}); }},
+    Attribute<NoteRow>{"text", [](const NoteRow& n) { return AttributeValue(n.note.text()); }},
+    Attribute<NoteRow>{"written_by", [](const NoteRow& n) { return AttributeValue(n.note.written_by()); }},
+    Attribute<NoteRow>{"has_rig_clock",
+                       [](const NoteRow& n) { return AttributeValue(std::int64_t{n.note.has_rig_clock()}); }},
+    Attribute<NoteRow>{"rig_clock_ns",
+                       [](const NoteRow& n) { return AttributeValue(std::int64_t{n.note.rig_clock_ns()}); }},
+    Attribute<NoteRow>{
+        "epoch", [](const NoteRow& n) { return AttributeValue(static_cast<std::int64_t>(n.note.epoch())); }},
+};
+
 using Pair = std::array<double, 2>;
 
 Pair pair(const Eigen::Vector2d& vector) { return {vector[0], vector[1]}; }
@@ -159,6 +214,7 @@ std::span<const Attribute<Session>> session_attributes() { return kSessionAttrib
 std::span<const Attribute<Rig>> rig_attributes() { return kRigAttributes; }
 std::span<const Attribute<TrialGroup>> trial_attributes() { return kTrialAttributes; }
 std::span<const Attribute<Estimate>> estimate_attributes() { return kEstimateAttributes; }
+std::span<const Attribute<NoteRow>> note_attributes() { return kNoteAttributes; }
 std::span<const PairDataset> pair_datasets() { return kPairDatasets; }
 
 }  // namespace tonus::formats

@@ -35,6 +35,7 @@ struct TrialGroup {
 [[nodiscard]] std::span<const Attribute<v1::RigDescription>> rig_attributes();
 [[nodiscard]] std::span<const Attribute<TrialGroup>> trial_attributes();
 [[nodiscard]] std::span<const Attribute<v1::Estimate>> estimate_attributes();
+[[nodiscard]] std::span<const Attribute<NoteRow>> note_attributes();
 
 /// A dataset of two real numbers a sample; NaN where nothing was measured.
 struct PairDataset {

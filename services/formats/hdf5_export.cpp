@@ -1,5 +1,6 @@
 #include "services/formats/hdf5_export.hpp"
 
+#include <array>
 #include <limits>
 #include <spdlog/fmt/fmt.h>
 
@@ -113,7 +114,30 @@ Result<void> write_matrix(Hdf5File& file, const std::string& path, const v1::Mat
   TONUS_TRY(write("", m.value(), ""));
   TONUS_TRY(write("_standard_error", m.standard_error(), "standard error of "));
   TONUS_TRY(write("_low95", m.low95(), "lower end of the 95 % interval of "));
-  return write("_high95", m.high95(), "upper end of the 95 % interval of ");
+  TONUS_TRY(write("_high95", m.high95(), "upper end of the 95 % interval of "));
+  TONUS_TRY(write("_known_bias", m.known_bias(),
+                  "bias of the method, simulated at this estimate (NaN: not simulated), of "));
+  const bool is_one = axes == 1;
+  TONUS_TRY(file.write(path + "_covariance", std::span(m.covariance()).first(is_one ? 1 : 16), is_one ? 1 : 4,
+                       "(" + unit + ")^2", "covariance of the elements, row by row, of " + what));
+  if (is_one || !m.has_ellipse()) return {};
+  const std::array<double, 12> numbers{m.size(),
+                                       m.size_low95(),
+                                       m.size_high95(),
+                                       m.shape(),
+                                       m.shape_low95(),
+                                       m.shape_high95(),
+                                       m.orientation_deg(),
+                                       m.orientation_low95_deg(),
+                                       m.orientation_high95_deg(),
+                                       m.curl(),
+                                       m.curl_low95(),
+                                       m.curl_high95()};
+  return file.write(
+      path + "_ellipse", numbers, 3, "see description",
+      "rows: size (square of the matrix's unit), shape, orientation (deg), curl; columns: value, "
+      "lower and upper end of its 95 % interval; of " +
+          what);
 }
 
 Result<void> write_estimate(Hdf5File& file, const v1::Estimate& e, std::size_t number) {
@@ -131,6 +155,10 @@ Result<void> write_estimate(Hdf5File& file, const v1::Estimate& e, std::size_t n
   TONUS_TRY(vector("X0", e.spring_centre_m().value(), e.displacement_unit(), "spring centre"));
   TONUS_TRY(vector("X0_standard_error", e.spring_centre_m().standard_error(), e.displacement_unit(),
                    "standard error of the spring centre"));
+  const bool is_one = e.axes() == 1;
+  TONUS_TRY(file.write(group + "/X0_covariance",
+                       std::span(e.spring_centre_m().covariance()).first(is_one ? 1 : 4), is_one ? 1 : 2,
+                       "(" + e.displacement_unit() + ")^2", "covariance of the spring centre"));
   return vector("sigma", e.sigma_N(), e.force_unit(), "root mean square fitting error");
 }
 
@@ -147,6 +175,12 @@ Result<void> write_all(Hdf5File& file, store::Store& store, const Session& sessi
   std::size_t number = 0;
   for (const auto& estimate : store::newest_estimates(session))
     TONUS_TRY(write_estimate(file, estimate, ++number));
+  number = 0;
+  for (const auto& note : session.notes) {
+    const std::string group = fmt::format("/notes/{:03}", ++number);
+    TONUS_TRY(file.make_group(group));
+    TONUS_TRY(set_attributes(file, group, note_attributes(), NoteRow{session, note.value}));
+  }
   if (progress) progress(session.trials.size(), session.trials.size());
   return file.finish();
 }

@@ -18,6 +18,8 @@ namespace tonus::formats {
 /// - `/estimates/001`, attributes: condition, method, model, status, figures of the fit; datasets:
 ///   M, B, K, each with _standard_error, _low95 and _high95; X0 and X0_standard_error; sigma
 ///
+/// - `/notes/001`, attributes: kind, text, name, the rig's clock; attempt 0: about no trial
+///
 /// NaN stands where a sample was not measured. Errors as export_csv(); a failure leaves nothing.
 [[nodiscard]] Result<void> export_hdf5(store::Store& store, const store::Session& session,
                                        const std::filesystem::path& file, const Progress& progress = {});

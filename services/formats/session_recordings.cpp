@@ -1,11 +1,13 @@
 #include "services/formats/session_recordings.hpp"
 
 #include <algorithm>
+#include <cmath>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
 #include "services/bus/typed.hpp"
 #include "services/contract/rig.hpp"
+#include "services/contract/subject.hpp"
 #include "services/recording/file_name.hpp"
 #include "services/store/archived_trial.hpp"
 
@@ -21,18 +23,47 @@ std::string label_or(std::string_view name, const char* fallback) {
   return label.empty() ? fallback : label;
 }
 
-std::string participant_of(std::string_view subject) {
+std::string participant_label(std::string_view subject) {
   if (subject.starts_with("sub-")) subject.remove_prefix(4);
   return "sub-" + label_or(subject, "unknown");
 }
+
+std::optional<double> known(double value) {
+  return std::isfinite(value) ? std::optional(value) : std::nullopt;
+}
+
+}  // namespace
+
+recording::Participant participant_of(std::string_view subject, const v1::SubjectFacts& facts) {
+  recording::Participant participant;
+  participant.id = participant_label(subject);
+  participant.age = known(facts.age_years());
+  participant.is_age_or_more = participant.age && *participant.age >= contract::kAgeMost;
+  participant.sex = facts.sex();
+  participant.handedness = facts.handedness();
+  participant.measured_arm = facts.measured_arm();
+  participant.height_m = known(facts.height_m());
+  participant.weight_kg = known(facts.weight_kg());
+  participant.upper_arm_m = known(facts.link_lengths_m()[0]);
+  participant.forearm_m = known(facts.link_lengths_m()[1]);
+  participant.upper_arm_circumference_m = known(facts.circumferences_m()[0]);
+  participant.forearm_circumference_m = known(facts.circumferences_m()[1]);
+  participant.shoulder_x_m = known(facts.shoulder_m()[0]);
+  participant.shoulder_y_m = known(facts.shoulder_m()[1]);
+  return participant;
+}
+
+namespace {
 
 /// A run without rows, for trials like this one.
 Recording new_run(const Session& session, const SessionTrial& trial, const store::TrialRig& rig, int run) {
   const auto& outcome = trial.outcome->value;
   const auto& program = outcome.program();
   Recording record;
-  record.participant.id = participant_of(session.record.subject);
+  record.participant = participant_of(session.record.subject, session.plan.subject_facts());
   record.session = "ses-" + to_hex(session.record.session).substr(0, 8);
+  record.session_facts = {session.record.started_at, session.plan.operator_name(), session.plan.study(),
+                          session.plan.is_pilot()};
   record.task = label_or(session.record.protocol_name, "posture");
   record.posture = program.posture();
   record.acquisition = recording::to_label(program.posture());
@@ -78,6 +109,33 @@ recording::PerturbationEvent event_of(const SessionTrial& trial, std::size_t row
   return event;
 }
 
+/// The notes that were written while the trial's samples were taken.
+void append_notes(const Session& session, const SessionTrial& trial, const store::TrialSamples& found,
+                  Recording& record) {
+  const auto is_measured = [](const v1::RigSample& s) { return !contract::flags_of(s).is_missing; };
+  const auto first = std::ranges::find_if(found.samples, is_measured);
+  if (first == found.samples.end()) return;
+  const auto last = std::find_if(found.samples.rbegin(), found.samples.rend(), is_measured);
+  for (const auto& arrival : session.notes) {
+    const v1::SessionNote& note = arrival.value;
+    if (!note.has_rig_clock() || note.epoch() != trial.outcome->value.epoch()) continue;
+    if (note.rig_clock_ns() < first->acquisition_ns() || note.rig_clock_ns() > last->acquisition_ns())
+      continue;
+    const auto row = std::ranges::find_if(found.samples, [&](const v1::RigSample& s) {
+      return is_measured(s) && s.acquisition_ns() >= note.rig_clock_ns();
+    });
+    const auto rows_before = record.rows.size() + static_cast<std::size_t>(row - found.samples.begin());
+    recording::NoteEvent event{static_cast<double>(rows_before) / record.sampling_frequency,
+                               note.kind(),
+                               note.text(),
+                               note.written_by(),
+                               {}};
+    if (const auto attempt = store::attempt_of(session, note); attempt > 0) event.trial = attempt;
+    record.notes.push_back(std::move(event));
+  }
+  std::ranges::stable_sort(record.notes, {}, &recording::NoteEvent::onset_s);
+}
+
 void append(const SessionTrial& trial, const store::TrialSamples& found, Recording& record) {
   record.events.push_back(event_of(trial, record.rows.size(), record.sampling_frequency));
   for (const v1::RigSample& sample : found.samples) {
@@ -89,7 +147,7 @@ void append(const SessionTrial& trial, const store::TrialSamples& found, Recordi
       row.raw.force_V = sample.force_V();
     }
     record.rows.push_back(row);
-    record.commanded.push_back(row.is_missing ? std::array<double, 2>{} : sample.commanded_m());
+    record.commanded.push_back(row.is_missing ? recording::kNoCommand : sample.commanded_m());
     record.phases.push_back(std::min<std::uint8_t>(sample.phase(), v1::PHASE_SAFE));
   }
 }
@@ -132,7 +190,9 @@ Result<std::vector<Recording>> recordings_of(store::Store& store, const Session&
       runs.push_back(new_run(session, trial, rig, static_cast<int>(runs.size()) + 1));
       place = keys.insert(keys.end(), key);
     }
-    append(trial, found, runs[static_cast<std::size_t>(place - keys.begin())]);
+    Recording& run = runs[static_cast<std::size_t>(place - keys.begin())];
+    append_notes(session, trial, found, run);
+    append(trial, found, run);
   }
   if (progress) progress(session.trials.size(), session.trials.size());
   if (runs.empty()) {

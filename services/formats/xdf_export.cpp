@@ -1,5 +1,6 @@
 #include "services/formats/xdf_export.hpp"
 
+#include <limits>
 #include <optional>
 #include <set>
 #include <spdlog/fmt/fmt.h>
@@ -51,9 +52,11 @@ std::string header_text(const Session& session, const char* of, const char* type
       "<?xml version=\"1.0\"?><info><name>tonus {}</name><type>{}</type><channel_count>{}</channel_count>"
       "<nominal_srate>{}</nominal_srate><channel_format>{}</channel_format><source_id>tonus-{}-{}</source_id>"
       "<version>1.0</version><created_at>0</created_at><session_id>{}</session_id><hostname></hostname>"
-      "<desc><subject>{}</subject><protocol>{}</protocol><started_at>{}</started_at>{}</desc></info>",
+      "<desc><subject>{}</subject><operator>{}</operator><study>{}</study><pilot>{}</pilot>"
+      "<protocol>{}</protocol><started_at>{}</started_at>{}</desc></info>",
       of, type, channels, rate, format, to_hex(session.record.session), of, to_hex(session.record.session),
-      xml_text(session.record.subject), xml_text(session.record.protocol_name),
+      xml_text(session.record.subject), xml_text(session.plan.operator_name()),
+      xml_text(session.plan.study()), session.plan.is_pilot(), xml_text(session.record.protocol_name),
       xml_text(session.record.started_at), description);
 }
 
@@ -136,6 +139,7 @@ class Export {
       return fail(ErrorCode::kNotFound,
                   fmt::format("session {}: no trial has samples", to_hex(session_.record.session)));
     }
+    TONUS_TRY(write_notes_until(std::nullopt, std::numeric_limits<double>::infinity()));
     TONUS_TRY(file_.end_stream(kMotion, footer_text(motion_, offsets_)));
     TONUS_TRY(file_.end_stream(kEvents, footer_text(events_, offsets_)));
     return file_.finish();
@@ -167,10 +171,27 @@ class Export {
     return file_.write(kEvents, time, text);
   }
 
+  /// Those of this start of the rig's agent, up to this time, that are not written yet.
+  Result<void> write_notes_until(std::optional<std::uint64_t> epoch, double time) {
+    for (std::size_t i = 0; i < session_.notes.size(); ++i) {
+      const v1::SessionNote& note = session_.notes[i].value;
+      const double written = seconds(note.rig_clock_ns());
+      if (!note.has_rig_clock() || written > time || (epoch && note.epoch() != *epoch)) continue;
+      if (!written_notes_.insert(i).second) continue;
+      const auto attempt = store::attempt_of(session_, note);
+      TONUS_TRY(write_event(
+          written,
+          fmt::format("{}{}{}: {}", note.kind(), note.written_by().empty() ? "" : " by " + note.written_by(),
+                      attempt > 0 ? fmt::format(" on trial {}", attempt) : "", note.text())));
+    }
+    return {};
+  }
+
   Result<void> write_events(const SessionTrial& trial, std::span<const v1::RigSample> samples,
                             const Measured& rows) {
     const v1::TrialOutcome& outcome = trial.outcome->value;
     const v1::TrialProgram& program = outcome.program();
+    TONUS_TRY(write_notes_until(outcome.epoch(), rows.times.front()));
     TONUS_TRY(write_event(rows.times.front(), fmt::format("trial {} begins", trial.attempt)));
     const std::uint64_t onset = outcome.onset_sequence() - outcome.first_sequence();
     if (program.kind() == v1::TRIAL_PERTURBATION && onset < samples.size() &&
@@ -179,6 +200,7 @@ class Export {
                             fmt::format("trial {} onset, {}, {} deg, {} m", trial.attempt, program.posture(),
                                         program.direction_deg(), program.amplitude_m())));
     }
+    TONUS_TRY(write_notes_until(outcome.epoch(), rows.times.back()));
     const std::string why = store::why_not_counted(trial);
     return write_event(rows.times.back(),
                        fmt::format("trial {} ends, {}, {}", trial.attempt, v1::end_name(outcome.end()),
@@ -190,6 +212,7 @@ class Export {
   const Session& session_;
   Written motion_;
   Written events_;
+  std::set<std::size_t> written_notes_;
   std::string offsets_;  ///< For the footers.
 };
 

@@ -14,7 +14,7 @@ namespace tonus::formats {
 ///   to the commanded ones (csv_columns.hpp), with its unit; each sample with its acquisition stamp. Samples
 ///   that were not measured are left out.
 /// - stream 2, "tonus events", string: "trial 3 begins", "trial 3 onset" with posture and direction, "trial 3
-///   ends" with its verdict.
+///   ends" with its verdict; "note by Ada on trial 3: TEXT" and "marker: TEXT" where the rig was heard.
 ///
 /// Stamps are the rig's monotonic clock in s, never rewritten: on the rig's host the clock of LSL too. The
 /// archive's comparisons of that clock with its own host's stand as clock offsets, so that readers which

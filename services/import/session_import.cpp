@@ -3,12 +3,14 @@
 #include <algorithm>
 #include <cmath>
 #include <map>
+#include <set>
 #include <spdlog/fmt/fmt.h>
 
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/rig.hpp"
+#include "services/contract/subject.hpp"
 #include "services/contract/trial.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/crc32c.hpp"
@@ -69,6 +71,37 @@ Eigen::Vector2d place_of(const Recording& record) {
   return count > 0.0 ? Eigen::Vector2d(sum / count) : sum;
 }
 
+/// A word of BIDS, which takes its first letter too, in any case; empty where it is none of `words`.
+std::string word_of(const std::string& text, std::initializer_list<std::string_view> words) {
+  std::string lower = text;
+  std::ranges::transform(lower, lower.begin(), [](unsigned char c) { return std::tolower(c); });
+  for (const std::string_view word : words) {
+    if (lower == word || lower == word.substr(0, 1)) return std::string(word);
+  }
+  return {};
+}
+
+/// What the dataset knows of a participant.
+v1::SubjectFacts facts_of(const recording::Participant& participant) {
+  static constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
+  const auto pair = [](const std::optional<double>& a, const std::optional<double>& b) {
+    return std::array{a.value_or(kUnknown), b.value_or(kUnknown)};
+  };
+  v1::SubjectFacts facts = contract::unknown_subject();
+  if (participant.age)
+    facts.age_years(participant.is_age_or_more ? contract::kAgeMost
+                                               : std::min(*participant.age, contract::kAgeMost));
+  facts.sex(word_of(participant.sex, {"male", "female", "other"}));
+  facts.handedness(word_of(participant.handedness, {"right", "left", "ambidextrous"}));
+  facts.measured_arm(word_of(participant.measured_arm, {"right", "left"}));
+  facts.height_m(participant.height_m.value_or(kUnknown));
+  facts.weight_kg(participant.weight_kg.value_or(kUnknown));
+  facts.link_lengths_m(pair(participant.upper_arm_m, participant.forearm_m));
+  facts.circumferences_m(pair(participant.upper_arm_circumference_m, participant.forearm_circumference_m));
+  facts.shoulder_m(pair(participant.shoulder_x_m, participant.shoulder_y_m));
+  return facts;
+}
+
 /// Makes one session's messages and samples.
 class SessionMaker {
  public:
@@ -78,6 +111,10 @@ class SessionMaker {
     plan_.session_id(session);
     plan_.rig_id(description.rig_id());
     plan_.subject(first.participant.id);
+    plan_.subject_facts(facts_of(first.participant));
+    plan_.operator_name(first.session_facts.operator_name);
+    plan_.study(first.session_facts.study);
+    plan_.is_pilot(first.session_facts.is_pilot);
     plan_.protocol_name(first.task);
     plan_.started_at(iso8601(settings.imported_ns));
     plan_.software_version(settings.software_version);
@@ -93,11 +130,6 @@ class SessionMaker {
     const auto posture_index = static_cast<std::uint32_t>(plan_.postures().size());
     plan_.postures().push_back(posture);
     for (const PerturbationEvent& event : record.events) {
-      if (event.trial < 1 || event.trial > UINT32_MAX) {
-        return fail(ErrorCode::kInvalidArgument,
-                    fmt::format("{}: trial {} is not allowed; expected 1 to {}", recording::describe(record),
-                                event.trial, UINT32_MAX));
-      }
       TONUS_TRY(add_trial(record, event, posture_index, posture.name(), place));
     }
     return {};
@@ -120,6 +152,14 @@ class SessionMaker {
   }
 
  private:
+  /// The trial's own number; the next free one where another run of the session has it, or no attempt can.
+  std::uint32_t attempt_of(const PerturbationEvent& event) {
+    const bool is_possible = event.trial >= 1 && event.trial <= INT32_MAX;
+    if (is_possible && attempts_.insert(static_cast<std::uint32_t>(event.trial)).second)
+      return static_cast<std::uint32_t>(event.trial);
+    return *attempts_.insert(attempts_.empty() ? 1 : *attempts_.rbegin() + 1).first;
+  }
+
   template <typename T>
   Result<void> put(const topics::Topic<T>& topic, const Id& key, const T& value) {
     auto payload = bus::encode(value);
@@ -158,7 +198,7 @@ class SessionMaker {
                                     {posture, posture_index, place});
     program.session_id(plan_.session_id());
     program.rig_id(plan_.rig_id());
-    program.attempt(static_cast<std::uint32_t>(event.trial));
+    program.attempt(attempt_of(event));
     program.planned_index(counted_++);
     contract::put_shoulder(record.shoulder, program);
     program.set_number(static_cast<std::int32_t>(event.set));
@@ -274,6 +314,7 @@ class SessionMaker {
   Batch batch_;
   std::uint64_t next_ = 0;
   std::int64_t elapsed_ns_ = 0;
+  std::set<std::uint32_t> attempts_;
   std::uint32_t counted_ = 0;
   std::uint32_t valid_ = 0;
 };
@@ -304,6 +345,8 @@ Result<std::vector<ImportedSession>> sessions_of(const std::vector<Recording>& r
   };
   std::map<std::tuple<std::string, std::string, std::string, bus::Payload>, Group> groups;
   for (const Recording& record : recordings) {
+    if (auto good = contract::check_subject_facts(facts_of(record.participant)); !good)
+      return fail(good.error().code, record.participant.id + ": " + good.error().message);
     if (auto good = validate(record.rig); !good) {
       return fail(good.error().code, recording::describe(record) + ": " + good.error().message);
     }

@@ -49,17 +49,30 @@ struct TwoLinkState {
   double sin_q12 = 0.0;  ///< Of q1 + q2.
   double cos_q12 = 1.0;
 
-  TwoLinkState(const TwoLink& links, const Eigen::Vector2d& q) {
-    const double s1 = std::sin(q[0]);
-    const double c1 = std::cos(q[0]);
-    sin_q12 = std::sin(q[0] + q[1]);
-    cos_q12 = std::cos(q[0] + q[1]);
-    sin_q2 = sin_q12 * c1 - cos_q12 * s1;
-    cos_q2 = cos_q12 * c1 + sin_q12 * s1;
-    const double x2 = links.l2 * cos_q12;
-    const double y2 = links.l2 * sin_q12;
-    point = {links.l1 * c1 + x2, links.l1 * s1 + y2};
-    jacobian << -point.y(), -y2, point.x(), x2;
+  double sin_q1 = 0.0;
+  double cos_q1 = 1.0;
+
+  TwoLinkState(const TwoLink& links, const Eigen::Vector2d& q)
+      : sin_q12(std::sin(q[0] + q[1])),
+        cos_q12(std::cos(q[0] + q[1])),
+        sin_q1(std::sin(q[0])),
+        cos_q1(std::cos(q[0])) {
+    follow(links);
+  }
+
+  /// The state at q + `step`, from this one at q without a sine: sines and cosines are turned by the step's,
+  /// of which the series to the sixth order leaves out less than rounding does (2e-18) for steps of at most
+  /// kLongestStep. Longer ones, and those that are no numbers, are evaluated anew from `q`.
+  static constexpr double kLongestStep = 0.01;  // rad
+  [[nodiscard]] TwoLinkState moved_by(const TwoLink& links, const Eigen::Vector2d& q,
+                                      const Eigen::Vector2d& step) const {
+    const double step12 = step[0] + step[1];
+    if (!(std::abs(step[0]) <= kLongestStep && std::abs(step12) <= kLongestStep)) return {links, q + step};
+    TwoLinkState moved = *this;
+    turn(moved.sin_q1, moved.cos_q1, step[0]);
+    turn(moved.sin_q12, moved.cos_q12, step12);
+    moved.follow(links);
+    return moved;
   }
 
   /// dJ/dt times the joint rates, m/s2.
@@ -71,6 +84,27 @@ struct TwoLinkState {
     const double x1 = point.x() - x2;
     const double y1 = point.y() - y2;
     return {-x1 * w1 * w1 - x2 * w12 * w12, -y1 * w1 * w1 - y2 * w12 * w12};
+  }
+
+ private:
+  /// What follows from the sines and cosines of q1 and q1 + q2.
+  void follow(const TwoLink& links) {
+    sin_q2 = sin_q12 * cos_q1 - cos_q12 * sin_q1;
+    cos_q2 = cos_q12 * cos_q1 + sin_q12 * sin_q1;
+    const double x2 = links.l2 * cos_q12;
+    const double y2 = links.l2 * sin_q12;
+    point = {links.l1 * cos_q1 + x2, links.l1 * sin_q1 + y2};
+    jacobian << -point.y(), -y2, point.x(), x2;
+  }
+
+  /// sin(a) and cos(a) to those of a + d, as sin(a) + (sin(a) (cos(d) - 1) + cos(a) sin(d)) and likewise.
+  static void turn(double& sine, double& cosine, double d) {
+    const double d2 = d * d;
+    const double sin_d = d * (1.0 - d2 * (1.0 / 6.0 - d2 * (1.0 / 120.0)));
+    const double less = -d2 * (0.5 - d2 * (1.0 / 24.0 - d2 * (1.0 / 720.0)));  // cos(d) - 1
+    const double s = sine;
+    sine += s * less + cosine * sin_d;
+    cosine += cosine * less - s * sin_d;
   }
 };
 

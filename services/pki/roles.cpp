@@ -14,9 +14,10 @@ constexpr std::array<string_view, 1> kEverything{"*"};
 constexpr std::array<string_view, 11> kRig{
     "service/health", "service/configuration", "clock/echo", "rig/description", "rig/state",    "rig/samples",
     "rig/timing",     "rig/flight_record",     "rig/reply",  "rig/stopped",     "trial/outcome"};
-constexpr std::array<string_view, 10> kScheduler{
-    "service/health", "service/configuration", "clock/echo",    "rig/command",   "rig/lease",
-    "trial/command",  "session/plan",          "session/state", "session/reply", "session/cue"};
+constexpr std::array<string_view, 12> kScheduler{
+    "service/health", "service/configuration", "clock/echo",   "rig/command",
+    "rig/lease",      "trial/command",         "session/plan", "session/state",
+    "session/reply",  "session/cue",           "trial/review", "session/note"};
 constexpr std::array<string_view, 7> kIdentification{
     "service/health", "service/configuration", "clock/echo",    "trial/verdict",
     "estimate/live",  "estimate/condition",    "archive/resend"};

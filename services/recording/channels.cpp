@@ -17,12 +17,34 @@ constexpr double kRateTolerance = 1e-3;           // of two statements of one ra
 
 bool are_rates_equal(double a, double b) { return std::abs(a - b) <= kRateTolerance * std::abs(b); }
 
-/// "N m" however it is spelt; other units as they stand.
-std::string normal_unit(const std::string& unit) {
-  for (const char* spelling : {"N m", "Nm", "N*m", "N.m", "N-m", "N·m"}) {
-    if (unit == spelling) return "N m";
+struct Unit {
+  std::string name;    ///< As a recording has it; another one as it stands.
+  double scale = 1.0;  ///< What one of the column's unit is in it.
+};
+
+/// Units of converted channels and of time stamps, however they are spelt.
+Unit unit_named(const std::string& spelt) {
+  constexpr double kDegree = kTurn / 360.0;
+  struct Known {
+    const char* spelling;
+    const char* name;
+    double scale;
+  };
+  static constexpr Known kKnown[] = {
+      {"Nm", "N m", 1.0},         {"N*m", "N m", 1.0},         {"N.m", "N m", 1.0},
+      {"N-m", "N m", 1.0},        {"N·m", "N m", 1.0},         {"N mm", "N m", 1e-3},
+      {"Nmm", "N m", 1e-3},       {"N cm", "N m", 1e-2},       {"Ncm", "N m", 1e-2},
+      {"mN m", "N m", 1e-3},      {"mNm", "N m", 1e-3},        {"kN m", "N m", 1e3},
+      {"kNm", "N m", 1e3},        {"mN", "N", 1e-3},           {"kN", "N", 1e3},
+      {"mm", "m", 1e-3},          {"cm", "m", 1e-2},           {"um", "m", 1e-6},
+      {"µm", "m", 1e-6},          {"μm", "m", 1e-6},           {"deg", "rad", kDegree},
+      {"degree", "rad", kDegree}, {"degrees", "rad", kDegree}, {"°", "rad", kDegree},
+      {"ms", "s", 1e-3},          {"us", "s", 1e-6},           {"µs", "s", 1e-6},
+  };
+  for (const Known& known : kKnown) {
+    if (spelt == known.spelling) return {known.name, known.scale};
   }
-  return unit;
+  return {spelt, 1.0};
 }
 
 /// The rows of `_channels.tsv`, with the search for what we can use.
@@ -34,7 +56,10 @@ class ChannelTable {
   [[nodiscard]] std::string name(std::size_t row) const { return std::string(table_.cell(row, "name")); }
   [[nodiscard]] std::string tracked_point(std::size_t row) const { return table_.text(row, "tracked_point"); }
   [[nodiscard]] std::string unit(std::size_t row) const {
-    return normal_unit(std::string(table_.cell(row, "units")));
+    return unit_named(std::string(table_.cell(row, "units"))).name;
+  }
+  [[nodiscard]] double scale(std::size_t row) const {
+    return unit_named(std::string(table_.cell(row, "units"))).scale;
   }
   [[nodiscard]] bool is_type(std::size_t row, std::string_view type) const {
     return table_.cell(row, "type") == type;
@@ -57,10 +82,9 @@ class ChannelTable {
   }
 
   /// Of the channels that are used, a rate that is stated is the recording's.
-  [[nodiscard]] Result<void> require_rate(const std::vector<Column>& columns, double nominal,
-                                          double used) const {
+  [[nodiscard]] Result<void> require_rate(const Columns& columns, double nominal, double used) const {
     for (std::size_t row = 0; row < size(); ++row) {
-      if (columns[row] == Column::kIgnored) continue;
+      if (columns[row].what == Column::kIgnored) continue;
       TONUS_TRY_ASSIGN(const auto stated, table_.number_or_nothing(row, "sampling_frequency"));
       if (!stated || are_rates_equal(*stated, nominal) || are_rates_equal(*stated, used)) continue;
       return table_.refuse(row, "sampling_frequency",
@@ -127,19 +151,17 @@ struct Assignment {
   std::string_view unit;
 };
 
-Result<void> assign(const ChannelTable& table, const std::vector<Assignment>& wanted,
-                    std::vector<Column>& columns) {
+Result<void> assign(const ChannelTable& table, const std::vector<Assignment>& wanted, Columns& columns) {
   for (const Assignment& assignment : wanted) {
     const std::size_t row = *table.find(assignment.name);
     TONUS_TRY(table.require_unit(row, assignment.unit));
-    columns[row] = assignment.column;
+    columns[row].what = assignment.column;
   }
   return {};
 }
 
 /// xc and yc, where they are; one-axis rigs have xc alone.
-Result<void> assign_commanded(const ChannelTable& table, const Recording& recording,
-                              std::vector<Column>& columns) {
+Result<void> assign_commanded(const ChannelTable& table, const Recording& recording, Columns& columns) {
   const bool has_one_axis = recording.rig.kind == RigKind::kOneAxis;
   if (!table.find("xc")) return {};
   if (has_one_axis) return assign(table, {{"xc", Column::kCommanded0, recording.displacement_unit}}, columns);
@@ -210,7 +232,7 @@ Result<void> read_shoulder(const JsonFile& json, Recording& recording) {
 }
 
 Result<void> read_raw(const ChannelTable& table, const JsonFile& json, std::size_t axes, Recording& recording,
-                      std::vector<Column>& columns) {
+                      Columns& columns) {
   TONUS_TRY_ASSIGN(auto rig, read_rig(json, axes));
   recording.is_raw = true;
   recording.rig = rig;
@@ -229,7 +251,7 @@ Result<void> read_raw(const ChannelTable& table, const JsonFile& json, std::size
                 columns);
 }
 
-Result<void> read_cartesian(const ChannelTable& table, Recording& recording, std::vector<Column>& columns) {
+Result<void> read_cartesian(const ChannelTable& table, Recording& recording, Columns& columns) {
   recording.rig = converted_rig(RigKind::kCartesian);
   return assign(table,
                 {{"x", Column::kCount0, "m"},
@@ -240,7 +262,7 @@ Result<void> read_cartesian(const ChannelTable& table, Recording& recording, std
 }
 
 Result<void> read_one_axis(const ChannelTable& table, const JsonFile& json, std::size_t displacement,
-                           std::size_t force, Recording& recording, std::vector<Column>& columns) {
+                           std::size_t force, Recording& recording, Columns& columns) {
   const std::string unit = table.unit(displacement);
   if (unit != "m" && unit != "rad") return table.refuse(displacement, "units", "'m' or 'rad'");
   recording.displacement_unit = unit;
@@ -255,14 +277,14 @@ Result<void> read_one_axis(const ChannelTable& table, const JsonFile& json, std:
   }
   recording.channel_names = {table.name(displacement), table.name(force)};
   recording.tracked_point = table.tracked_point(displacement);
-  columns[displacement] = Column::kCount0;
-  columns[force] = Column::kForce0;
+  columns[displacement].what = Column::kCount0;
+  columns[force].what = Column::kForce0;
   return {};
 }
 
 /// Chooses what to read from what there is.
 Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::filesystem::path& file,
-                    Recording& recording, std::vector<Column>& columns) {
+                    Recording& recording, Columns& columns) {
   if (table.has_all({"q1", "q2", "f1", "f2"})) return read_raw(table, json, 2, recording, columns);
   if (table.has_all({"x", "y", "fx", "fy"})) return read_cartesian(table, recording, columns);
   const bool has_second_axis = table.find("q2") || table.find("f2");
@@ -287,20 +309,23 @@ Result<void> choose(const ChannelTable& table, const JsonFile& json, const std::
 
 }  // namespace
 
-Result<std::vector<Column>> read_channels(const std::filesystem::path& table_file, const JsonFile& json,
-                                          Recording& recording, double nominal) {
+Result<Columns> read_channels(const std::filesystem::path& table_file, const JsonFile& json,
+                              Recording& recording, double nominal) {
   TONUS_TRY_ASSIGN(auto table, Table::read(table_file));
   TONUS_TRY(table.require({"name", "type", "units"}));
   const ChannelTable channels(std::move(table));
   TONUS_TRY(channels.require_distinct_names());
-  std::vector<Column> columns(channels.size(), Column::kIgnored);
+  Columns columns(channels.size());
   TONUS_TRY(read_posture(json, recording));
   TONUS_TRY(choose(channels, json, table_file, recording, columns));
   TONUS_TRY(assign_commanded(channels, recording, columns));
-  if (const auto phase = channels.find("phase")) columns[*phase] = Column::kPhase;
+  if (const auto phase = channels.find("phase")) columns[*phase].what = Column::kPhase;
   TONUS_TRY(channels.require_rate(columns, nominal, recording.sampling_frequency));
-  if (const auto latency = channels.latency(); latency && columns[*latency] == Column::kIgnored)
-    columns[*latency] = Column::kLatency;
+  if (const auto latency = channels.latency(); latency && columns[*latency].what == Column::kIgnored)
+    columns[*latency].what = Column::kLatency;
+  for (std::size_t row = 0; row < columns.size(); ++row) {
+    if (columns[row].what != Column::kIgnored) columns[row].scale = channels.scale(row);
+  }
   return columns;
 }
 

@@ -24,6 +24,13 @@ enum class Column : std::uint8_t {
   kPhase
 };
 
+/// A column, and what one of its unit is in the unit that a recording has.
+struct ColumnUse {
+  Column what = Column::kIgnored;
+  double scale = 1.0;
+};
+using Columns = std::vector<ColumnUse>;
+
 /// One row of `_channels.tsv`.
 struct Channel {
   std::string name;
@@ -34,12 +41,12 @@ struct Channel {
 };
 
 /// Takes a `_channels.tsv` and what `_channels.json` says: chooses the channels (raw before converted), fills
-/// the recording's rig, units, posture and names, and returns what each column holds. kInvalidArgument also
+/// the recording's rig, units, posture and names, and returns what each column holds. Converted channels may
+/// be in mm, cm, um, deg, mN, kN, N mm, N cm, mN m or kN m, time stamps in ms or us. kInvalidArgument also
 /// for a name that occurs twice, and for a channel with another `sampling_frequency` than the recording's
 /// `nominal`.
-[[nodiscard]] Result<std::vector<Column>> read_channels(const std::filesystem::path& table_file,
-                                                        const JsonFile& json, Recording& recording,
-                                                        double nominal);
+[[nodiscard]] Result<Columns> read_channels(const std::filesystem::path& table_file, const JsonFile& json,
+                                            Recording& recording, double nominal);
 
 /// The channels that a recording is written with, in the order of its columns.
 [[nodiscard]] std::vector<Channel> channels_of(const Recording& recording, bool with_converted);

@@ -51,6 +51,8 @@ class Dataset {
   [[nodiscard]] static Result<void> take_participants(const std::filesystem::path& file,
                                                       std::vector<Run>& runs,
                                                       std::vector<std::string>* left_out);
+  [[nodiscard]] static Result<void> take_sessions(const std::filesystem::path& root, std::vector<Run>& runs,
+                                                  std::vector<std::string>* left_out);
   [[nodiscard]] static Result<void> number_trials(std::vector<Run>& runs, Imperfect imperfect);
 
   std::vector<Run> runs_;
@@ -58,8 +60,25 @@ class Dataset {
   Imperfect imperfect_ = Imperfect::kRefused;
 };
 
-/// Every run of the dataset at `root`, read on all processors.
+/// Every run of the dataset at `root`, read on all processors. The dataset is refused for one imperfect item.
 [[nodiscard]] Result<std::vector<Recording>> read_dataset(const std::filesystem::path& root);
+
+/// What can be used of a dataset, and what cannot, an item a line with the reason.
+struct UsableRecordings {
+  std::vector<Recording> recordings;  ///< At least one.
+  std::vector<std::string> left_out;
+};
+
+/// Every run that can be read, on all processors; what off-line identification, import and replay take. An
+/// error, by the first run's reason, only where none can.
+[[nodiscard]] Result<UsableRecordings> read_usable(const std::filesystem::path& root);
+
+/// state_force_sign() of every recording; those that refuse it are left out. An error where all do.
+[[nodiscard]] Result<void> state_force_sign(UsableRecordings& usable, int sign);
+
+/// For a replay, which plays what there is: events that do not count are left out, and so are recordings
+/// without any other; a continuous record is cut to its events, what lies between them being missing.
+[[nodiscard]] Result<void> keep_what_counts(UsableRecordings& usable);
 
 struct WriteOptions {
   std::string name = "Arm impedance measurement";

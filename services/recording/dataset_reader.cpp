@@ -16,6 +16,7 @@
 #include "services/recording/json_file.hpp"
 #include "services/recording/motion_rows.hpp"
 #include "services/recording/participants.hpp"
+#include "services/recording/sessions.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -188,7 +189,7 @@ struct Dataset::Run {
   Recording header;  ///< Everything but rows and events.
   fs::path motion_file;
   MotionNotes notes;
-  std::vector<Column> columns;
+  Columns columns;
   std::optional<EventTable> events;
   std::int64_t whole_trial = 0;  ///< Number of the one trial of a record without events.
 };
@@ -240,6 +241,24 @@ Result<void> Dataset::take_participants(const fs::path& file, std::vector<Run>& 
         ErrorCode::kInvalidArgument,
         fmt::format("{}: participant '{}' is missing; expected a row, as the dataset has recordings of it",
                     file.string(), run.header.participant.id))));
+  }
+  return {};
+}
+
+/// What is said of each session as a whole.
+Result<void> Dataset::take_sessions(const fs::path& root, std::vector<Run>& runs,
+                                    std::vector<std::string>* left_out) {
+  std::map<std::string, std::map<std::string, SessionFacts>> known;
+  for (Run& run : runs) {
+    const std::string& participant = run.header.participant.id;
+    if (!known.contains(participant)) {
+      auto sessions = read_sessions(sessions_file(root, participant));
+      if (!sessions && left_out == nullptr) return sessions.error();
+      if (!sessions) left_out->push_back(sessions.error().message);
+      known[participant] = sessions ? std::move(*sessions) : std::map<std::string, SessionFacts>();
+    }
+    const auto session = known[participant].find(run.header.session);
+    if (session != known[participant].end()) run.header.session_facts = session->second;
   }
   return {};
 }
@@ -311,6 +330,7 @@ Result<Dataset> Dataset::open(const fs::path& root, Imperfect imperfect) {
   std::stable_sort(runs.begin(), runs.end(),
                    [&labels](const Run& a, const Run& b) { return labels(a.header) < labels(b.header); });
   TONUS_TRY(take_participants(root / "participants.tsv", runs, is_left_out ? &left_out : nullptr));
+  TONUS_TRY(take_sessions(root, runs, is_left_out ? &left_out : nullptr));
   TONUS_TRY(number_trials(runs, imperfect));
   return Dataset(std::move(runs), std::move(left_out), imperfect);
 }
@@ -328,16 +348,104 @@ Result<Recording> Dataset::read(std::size_t index) const {
   return recording;
 }
 
-Result<std::vector<Recording>> read_dataset(const fs::path& root) {
-  TONUS_TRY_ASSIGN(const auto dataset, Dataset::open(root));
+namespace {
+
+std::vector<std::optional<Result<Recording>>> read_all(const Dataset& dataset) {
   std::vector<std::optional<Result<Recording>>> runs(dataset.runs());
   for_each_in_parallel(runs.size(), [&](std::size_t i) { runs[i] = dataset.read(i); });
+  return runs;
+}
+
+/// Takes the recordings out that `keep` refuses; an error where it refuses all.
+template <typename Keep>
+Result<void> keep_only(UsableRecordings& usable, const Keep& keep) {
+  std::optional<Error> first;
+  std::erase_if(usable.recordings, [&](Recording& recording) {
+    const Result<void> kept = keep(recording);
+    if (kept) return false;
+    if (!first) first = kept.error();
+    usable.left_out.push_back(kept.error().message);
+    return true;
+  });
+  if (first && usable.recordings.empty()) return *first;
+  return {};
+}
+
+/// A continuous record's rows from its first event's to its last one's; those of no event are missing.
+void cut_to_events(Recording& recording) {
+  std::vector<bool> is_used(recording.rows.size(), false);
+  for (const PerturbationEvent& event : recording.events) {
+    if (!event.is_continuous()) return;
+    const Stretch stretch = stretch_of(recording, event);
+    std::fill(is_used.begin() + static_cast<std::ptrdiff_t>(stretch.first),
+              is_used.begin() + static_cast<std::ptrdiff_t>(stretch.last) + 1, true);
+  }
+  const auto first = std::find(is_used.begin(), is_used.end(), true) - is_used.begin();
+  const auto end = is_used.rend() - std::find(is_used.rbegin(), is_used.rend(), true);
+  for (std::size_t i = 0; i < is_used.size(); ++i) {
+    if (!is_used[i]) recording.rows[i].is_missing = true;
+  }
+  const auto cut = [&](auto& rows) {
+    if (rows.empty()) return;
+    rows.erase(rows.begin() + end, rows.end());
+    rows.erase(rows.begin(), rows.begin() + first);
+  };
+  cut(recording.rows);
+  cut(recording.commanded);
+  cut(recording.phases);
+  const std::int64_t trial = recording.events.front().trial;
+  recording.events = {whole_record(recording, trial)};
+}
+
+}  // namespace
+
+Result<std::vector<Recording>> read_dataset(const fs::path& root) {
+  TONUS_TRY_ASSIGN(const auto dataset, Dataset::open(root));
   std::vector<Recording> recordings;
-  for (auto& run : runs) {
+  for (auto& run : read_all(dataset)) {
     if (!*run) return run->error();
     recordings.push_back(std::move(**run));
   }
   return recordings;
+}
+
+Result<UsableRecordings> read_usable(const fs::path& root) {
+  TONUS_TRY_ASSIGN(const auto dataset, Dataset::open(root, Imperfect::kLeftOut));
+  UsableRecordings usable{{}, dataset.left_out()};
+  std::optional<Error> first;
+  for (auto& run : read_all(dataset)) {
+    if (*run) {
+      usable.recordings.push_back(std::move(**run));
+      continue;
+    }
+    if (!first) first = run->error();
+    usable.left_out.push_back(run->error().message);
+  }
+  if (first && usable.recordings.empty()) return *first;
+  return usable;
+}
+
+Result<void> state_force_sign(UsableRecordings& usable, int sign) {
+  return keep_only(usable, [&](Recording& recording) { return state_force_sign(recording, sign); });
+}
+
+Result<void> keep_what_counts(UsableRecordings& usable) {
+  return keep_only(usable, [&](Recording& recording) -> Result<void> {
+    std::optional<Error> last;
+    std::erase_if(recording.events, [&](const PerturbationEvent& event) {
+      if (event.is_valid) return false;
+      last = fail(ErrorCode::kInvalidArgument,
+                  fmt::format("{}, trial {}: {}", describe(recording), event.trial,
+                              event.reason.empty() ? "flagged invalid" : event.reason));
+      usable.left_out.push_back(last->message);
+      return true;
+    });
+    if (recording.events.empty()) {
+      return fail(ErrorCode::kInvalidArgument, describe(recording) + ": has no event that counts");
+    }
+    cut_to_events(recording);
+    return {};
+  });
 }
 
 }  // namespace tonus::recording

@@ -13,6 +13,7 @@
 #include "services/recording/file_name.hpp"
 #include "services/recording/motion_rows.hpp"
 #include "services/recording/participants.hpp"
+#include "services/recording/sessions.hpp"
 
 namespace tonus::recording {
 namespace {
@@ -146,8 +147,8 @@ Result<void> write_run(const fs::path& root, const Recording& recording, const W
       {stem + "_motion.json", motion_json(recording, channels)},
       {stem + "_channels.tsv", channels_text(channels)},
       {stem + "_channels.json", channels_json(recording)},
-      {events_stem + "_events.tsv", events_text(recording.events)},
-      {events_stem + "_events.json", events_json()},
+      {events_stem + "_events.tsv", events_text(recording.events, recording.notes)},
+      {events_stem + "_events.json", events_json(!recording.notes.empty())},
   };
   for (const auto& [path, text] : files) {
     TONUS_TRY(create_text_file(path, text));
@@ -174,6 +175,7 @@ Result<void> write_all(const fs::path& root, const std::vector<Recording>& recor
                     [&](const Participant& known) { return known.id == recording.participant.id; });
     if (!is_known) participants.push_back(recording.participant);
   }
+  TONUS_TRY(write_sessions(root, recordings));
   const std::pair<const char*, std::string> files[] = {
       {"dataset_description.json", description_json(options)},
       {"participants.tsv", participants_text(participants)},

@@ -156,32 +156,53 @@ PerturbationEvent whole_record(const Recording& recording, std::int64_t trial) {
   return event;
 }
 
-std::string events_text(const std::vector<PerturbationEvent>& events) {
-  std::string text =
-      "onset\tduration\ttrial_type\ttrial\tset\tdirection_deg\tamplitude_m\trise_time_s\tbias_x_N\tbias_y_"
-      "N\tvalid\treason\tinstruction\tbias_hold_s\tbias_threshold_N\ttrial_onset_s\ttrial_duration_s\n";
+namespace {
+
+constexpr const char* kColumns =
+    "onset\tduration\ttrial_type\ttrial\tset\tdirection_deg\tamplitude_m\trise_time_s\tbias_x_N\tbias_y_N\t"
+    "valid\treason\tinstruction\tbias_hold_s\tbias_threshold_N\ttrial_onset_s\ttrial_duration_s";
+
+void append_event(std::string& text, const PerturbationEvent& event) {
+  append_number(text, event.onset_s);
+  text += '\t';
+  append_number(text, event.duration_s);
+  text += fmt::format("\tperturbation\t{}\t{}", event.trial, event.set);
+  append_optional(text, event.direction_deg);
+  append_optional(text, event.amplitude_m);
+  append_optional(text, event.rise_time_s);
+  append_optional(text, event.bias_N[0]);
+  append_optional(text, event.bias_N[1]);
+  text += event.is_valid ? "\ttrue\t" : "\tfalse\t";
+  text += one_cell(event.reason) + '\t' + one_cell(event.instruction);
+  append_optional(text, event.bias_hold_s);
+  append_optional(text, event.bias_threshold_N);
+  append_optional(text, event.trial_onset_s);
+  append_optional(text, event.trial_duration_s);
+}
+
+void append_note(std::string& text, const NoteEvent& note) {
+  constexpr int kCellsOfPerturbations = 13;  // set to trial_duration_s
+  append_number(text, note.onset_s);
+  text += "\t0\t" + note.kind + '\t' + (note.trial ? std::to_string(*note.trial) : "n/a");
+  for (int i = 0; i < kCellsOfPerturbations; ++i) text += "\tn/a";
+  text += '\t' + one_cell(note.text) + '\t' + one_cell(note.written_by) + '\n';
+}
+
+}  // namespace
+
+std::string events_text(const std::vector<PerturbationEvent>& events, const std::vector<NoteEvent>& notes) {
+  std::string text = std::string(kColumns) + (notes.empty() ? "\n" : "\tnote\tnoted_by\n");
+  auto note = notes.begin();
   for (const PerturbationEvent& event : events) {
-    append_number(text, event.onset_s);
-    text += '\t';
-    append_number(text, event.duration_s);
-    text += fmt::format("\tperturbation\t{}\t{}", event.trial, event.set);
-    append_optional(text, event.direction_deg);
-    append_optional(text, event.amplitude_m);
-    append_optional(text, event.rise_time_s);
-    append_optional(text, event.bias_N[0]);
-    append_optional(text, event.bias_N[1]);
-    text += event.is_valid ? "\ttrue\t" : "\tfalse\t";
-    text += one_cell(event.reason) + '\t' + one_cell(event.instruction);
-    append_optional(text, event.bias_hold_s);
-    append_optional(text, event.bias_threshold_N);
-    append_optional(text, event.trial_onset_s);
-    append_optional(text, event.trial_duration_s);
-    text += '\n';
+    for (; note != notes.end() && note->onset_s < event.onset_s; ++note) append_note(text, *note);
+    append_event(text, event);
+    text += notes.empty() ? "\n" : "\tn/a\tn/a\n";
   }
+  for (; note != notes.end(); ++note) append_note(text, *note);
   return text;
 }
 
-std::string events_json() {
+std::string events_json(bool has_notes) {
   nlohmann::ordered_json json;
   const auto describe_column = [&json](const char* column, const char* description, const char* units) {
     json[column]["Description"] = description;
@@ -206,6 +227,14 @@ std::string events_json() {
   describe_column("trial_onset_s",
                   "Begin of the whole trial, centring and waiting included, from the first sample", "s");
   describe_column("trial_duration_s", "Duration of the whole trial, the way back included", "s");
+  if (has_notes) {
+    json["trial_type"]["Levels"] = {
+        {"perturbation", "the hand was moved"},
+        {"note", "an operator wrote a note, about the trial of that number if it has one"},
+        {"marker", "an operator set a marker"}};
+    describe_column("note", "What the operator wrote", "");
+    describe_column("noted_by", "Who wrote it", "");
+  }
   return json_text(json, 2) + "\n";
 }
 

@@ -42,9 +42,11 @@ class EventTable {
 [[nodiscard]] PerturbationEvent whole_record(const Recording& recording, std::int64_t trial);
 
 /// Content of an `_events.tsv`.
-[[nodiscard]] std::string events_text(const std::vector<PerturbationEvent>& events);
+/// Perturbations, and what was noted between them; only with notes there are columns for those.
+[[nodiscard]] std::string events_text(const std::vector<PerturbationEvent>& events,
+                                      const std::vector<NoteEvent>& notes = {});
 
 /// Content of an `_events.json`: what the columns mean.
-[[nodiscard]] std::string events_json();
+[[nodiscard]] std::string events_json(bool has_notes = false);
 
 }  // namespace tonus::recording

@@ -24,8 +24,7 @@ constexpr std::size_t kColumns = static_cast<std::size_t>(Column::kPhase) + 1;
 /// error.
 class RowParser {
  public:
-  RowParser(const std::filesystem::path& file, const std::vector<Column>& columns,
-            const std::string& missing_value)
+  RowParser(const std::filesystem::path& file, const Columns& columns, const std::string& missing_value)
       : file_(file),
         columns_(columns),
         missing_(missing_value),
@@ -44,9 +43,9 @@ class RowParser {
     ++line_;
     is_missing_ = false;
     for (std::size_t i = 0; i < columns_.size(); ++i) {
-      if (columns_[i] == Column::kIgnored) {
+      if (columns_[i].what == Column::kIgnored) {
         place_ = cell_end();
-      } else if (!take_number(i, values_[static_cast<std::size_t>(columns_[i])])) {
+      } else if (!take_number(i, values_[static_cast<std::size_t>(columns_[i].what)])) {
         return false;
       }
       if (!pass_separator(i + 1)) return false;
@@ -102,14 +101,17 @@ class RowParser {
       is_number = parsed.ec == std::errc{} && is_boundary(parsed.ptr) && std::isfinite(value);
       if (is_number) place_ = parsed.ptr;
     }
-    if (is_number && (!missing_number_ || value != *missing_number_)) return true;
+    if (is_number && (!missing_number_ || value != *missing_number_)) {
+      value *= columns_[column].scale;  // 1 leaves every bit as it is
+      return true;
+    }
     place_ = begin;
     const std::string_view cell(place_, static_cast<std::size_t>(cell_end() - place_));
     if (!is_number && cell != kNothing && (missing_.empty() || cell != missing_)) {
       error_ = refuse_cell(file_, line_, std::to_string(column + 1), cell, "a number or n/a");
       return false;
     }
-    const Column what = columns_[column];
+    const Column what = columns_[column].what;
     const bool is_optional =
         what == Column::kCommanded0 || what == Column::kCommanded1 || what == Column::kLatency;
     value = is_optional ? std::numeric_limits<double>::quiet_NaN() : 0.0;
@@ -143,14 +145,14 @@ class RowParser {
   }
 
   bool refuse_phase() {
-    const auto column = std::find(columns_.begin(), columns_.end(), Column::kPhase) - columns_.begin();
+    const auto column = std::ranges::find(columns_, Column::kPhase, &ColumnUse::what) - columns_.begin();
     error_ = refuse_cell(file_, line_, std::to_string(column + 1), std::to_string(value(Column::kPhase)),
                          "a whole number from 0 to 7");
     return false;
   }
 
   const std::filesystem::path& file_;
-  const std::vector<Column>& columns_;
+  const Columns& columns_;
   const std::string& missing_;
   std::optional<double> missing_number_;
   const char* place_ = nullptr;
@@ -212,12 +214,15 @@ class Stamps {
 
 }  // namespace
 
-Result<void> read_rows(const std::filesystem::path& file, const std::vector<Column>& columns,
+Result<void> read_rows(const std::filesystem::path& file, const Columns& columns,
                        const std::string& missing_value, Recording& recording) {
   TONUS_TRY_ASSIGN(auto reader, LineReader::open(file));
-  const bool has_commanded = std::find(columns.begin(), columns.end(), Column::kCommanded0) != columns.end();
-  const bool has_phases = std::find(columns.begin(), columns.end(), Column::kPhase) != columns.end();
-  const bool has_stamps = std::find(columns.begin(), columns.end(), Column::kLatency) != columns.end();
+  const auto has = [&](Column what) {
+    return std::ranges::find(columns, what, &ColumnUse::what) != columns.end();
+  };
+  const bool has_commanded = has(Column::kCommanded0);
+  const bool has_phases = has(Column::kPhase);
+  const bool has_stamps = has(Column::kLatency);
   RowParser parser(file, columns, missing_value);
   Stamps stamps(recording.sampling_frequency);
   while (true) {
@@ -244,7 +249,7 @@ Result<void> read_rows(const std::filesystem::path& file, const std::vector<Colu
       }
       if (has_commanded) {
         const std::array commanded{parser.value(Column::kCommanded0), parser.value(Column::kCommanded1)};
-        recording.commanded.push_back(row.is_missing ? std::array<double, 2>{} : commanded);
+        recording.commanded.push_back(row.is_missing ? kNoCommand : commanded);
       }
       if (has_stamps) stamps.add(recording.rows.size() - 1, parser.value(Column::kLatency));
       if (has_phases) recording.phases.push_back(static_cast<std::uint8_t>(parser.value(Column::kPhase)));

@@ -14,7 +14,7 @@ namespace tonus::recording {
 /// (MissingValues of `_motion.json`; empty: none), in any measured column that is used is missing.
 /// kInvalidArgument: another number of cells than columns, a cell that is neither a finite number nor n/a, no
 /// row at all, or time stamps (LATENCY) that do not fit the recording's rate.
-[[nodiscard]] Result<void> read_rows(const std::filesystem::path& file, const std::vector<Column>& columns,
+[[nodiscard]] Result<void> read_rows(const std::filesystem::path& file, const Columns& columns,
                                      const std::string& missing_value, Recording& recording);
 
 /// Content of a `_motion.tsv` with the channels that channels_of() names.

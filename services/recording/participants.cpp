@@ -25,6 +25,12 @@ constexpr NumberColumn kNumberColumns[] = {
      "m"},
     {"forearm_circumference_m", &Participant::forearm_circumference_m, "Circumference of the forearm", "m"},
     {"age", &Participant::age, "Age", "year"},
+    {"height_m", &Participant::height_m, "Body height", "m"},
+    {"weight_kg", &Participant::weight_kg, "Body weight", "kg"},
+    {"shoulder_x_m", &Participant::shoulder_x_m,
+     "Centre of the measured arm's shoulder joint in the robot's frame, x", "m"},
+    {"shoulder_y_m", &Participant::shoulder_y_m,
+     "Centre of the measured arm's shoulder joint in the robot's frame, y", "m"},
 };
 
 struct TextColumn {
@@ -36,6 +42,7 @@ struct TextColumn {
 constexpr TextColumn kTextColumns[] = {
     {"handedness", &Participant::handedness, "Handedness as the participant states it"},
     {"sex", &Participant::sex, "Sex as the participant states it"},
+    {"measured_arm", &Participant::measured_arm, "The arm that was measured"},
 };
 
 template <typename ColumnType>

@@ -63,12 +63,36 @@ struct Participant {
   std::optional<double> forearm_m;
   std::optional<double> upper_arm_circumference_m;
   std::optional<double> forearm_circumference_m;
-  std::string handedness;     ///< Empty: not known.
-  std::optional<double> age;  ///< Years.
-  std::string sex;            ///< Empty: not known.
-  bool is_age_or_more{};      ///< "89+": of people who could be known by their age.
+  std::string handedness;      ///< Empty: not known.
+  std::optional<double> age;   ///< Years.
+  std::string sex;             ///< Empty: not known.
+  bool is_age_or_more{};       ///< "89+": of people who could be known by their age.
+  std::string measured_arm{};  ///< right, left; empty: not known.
+  std::optional<double> height_m{};
+  std::optional<double> weight_kg{};
+  std::optional<double> shoulder_x_m{};  ///< Of the shoulder joint's centre, in the robot's frame.
+  std::optional<double> shoulder_y_m{};
 
   bool operator==(const Participant&) const = default;
+};
+
+/// One row of a `_sessions.tsv`: what is said of a session as a whole.
+struct SessionFacts {
+  std::string started_at;     ///< ISO 8601, UTC; empty: not known.
+  std::string operator_name;  ///< Empty: not known.
+  std::string study;          ///< Empty: none.
+  bool is_pilot = false;      ///< A rehearsal.
+
+  bool operator==(const SessionFacts&) const = default;
+};
+
+/// What a person noted while the record was made: a row of `_events.tsv` of trial_type note or marker.
+struct NoteEvent {
+  double onset_s = 0.0;  ///< From the record's first sample.
+  std::string kind;      ///< note, marker
+  std::string text;
+  std::string written_by;
+  std::optional<std::int64_t> trial;  ///< That it is about.
 };
 
 /// One run: one posture of one session.
@@ -86,6 +110,7 @@ struct Participant {
 struct Recording {
   Participant participant;
   std::string session;  ///< With its prefix, "ses-01"; empty: none.
+  SessionFacts session_facts;
   std::string task;
   std::string task_description;
   std::string tracking_system = "manipulandum";
@@ -111,6 +136,7 @@ struct Recording {
   /// row.
   std::vector<std::uint8_t> phases;
   std::vector<PerturbationEvent> events;  ///< By onset; at least one.
+  std::vector<NoteEvent> notes;           ///< By onset. Written, not read.
 };
 
 /// The constants of a rig whose channels are already displacement and force: unit scales, no end stop.

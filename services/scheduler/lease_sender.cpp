@@ -27,14 +27,15 @@ class LeaseSender::Work {
   }
 
   void run() {
-    while (true) {
-      {
-        const std::lock_guard lock(mutex_);
-        if (is_ending_) return;
-        if (lease_ && clock_.now() - set_at_ <= kLongestSilence) send(*lease_);
-      }
-      (void)changed_.wait_until(clock_.now() + kPeriod);
-    }
+    while (const auto due = step()) (void)changed_.wait_until(*due);
+  }
+
+  /// When to go on at the latest; none: it is to end.
+  std::optional<Clock::TimePoint> step() {
+    const std::lock_guard lock(mutex_);
+    if (is_ending_) return std::nullopt;
+    if (lease_ && clock_.now() - set_at_ <= kLongestSilence) send(*lease_);
+    return clock_.now() + kPeriod;
   }
 
   void end() {
@@ -60,20 +61,24 @@ class LeaseSender::Work {
   bool is_ending_ = false;
 };
 
-Result<std::unique_ptr<LeaseSender>> LeaseSender::create(std::unique_ptr<bus::Bus> bus, const Clock& clock) {
+Result<std::unique_ptr<LeaseSender>> LeaseSender::create(std::unique_ptr<bus::Bus> bus, const Clock& clock,
+                                                         Works works) {
   TONUS_TRY_ASSIGN(auto writer, bus::TypedWriter<v1::RigLease>::create(*bus, topics::kRigLease));
   auto work = std::make_unique<Work>(std::move(bus), std::move(writer), clock);
-  return std::unique_ptr<LeaseSender>(new LeaseSender(std::move(work)));
+  return std::unique_ptr<LeaseSender>(new LeaseSender(std::move(work), works));
 }
 
-LeaseSender::LeaseSender(std::unique_ptr<Work> work)
-    : work_(std::move(work)), thread_([this] { work_->run(); }) {}
+LeaseSender::LeaseSender(std::unique_ptr<Work> work, Works works) : work_(std::move(work)) {
+  if (works == Works::kInOwnThread) thread_ = std::thread([this] { work_->run(); });
+}
 
 LeaseSender::~LeaseSender() {
   work_->end();
-  thread_.join();
+  if (thread_.joinable()) thread_.join();
 }
 
 void LeaseSender::set(const std::optional<v1::RigLease>& lease) { work_->set(lease); }
+
+Clock::TimePoint LeaseSender::step() { return work_->step().value_or(Clock::TimePoint::max()); }
 
 }  // namespace tonus::scheduler

@@ -83,10 +83,26 @@ Result<void> Ledger::check(const Record& record) const {
     if (!state_.counted_trials.contains(r->newest))
       return misfit(fmt::format("a look after attempt {}, which does not count", r->newest));
   }
+  if (const auto* r = std::get_if<record::Reviewed>(&record)) return check(*r);
+  return {};
+}
+
+Result<void> Ledger::check(const record::Reviewed& reviewed) const {
+  const auto counted = state_.counted_trials.find(reviewed.attempt);
+  if (counted == state_.counted_trials.end() || counted->second != reviewed.planned_index)
+    return misfit(fmt::format("attempt {} is rejected by hand, but does not count", reviewed.attempt));
+  const auto& left = state_.remaining[state_.plan.trials[reviewed.planned_index].block];
+  if (reviewed.place != record::Rejected::kSetAside &&
+      (reviewed.place < 0 || reviewed.place > static_cast<int>(left.size())))
+    return misfit(fmt::format("place {} for a repeat, allowed are 0 to {}", reviewed.place, left.size()));
   return {};
 }
 
 void Ledger::find_block() {
+  if (state_.last_block && state_.is_open(*state_.last_block)) {
+    state_.block = *state_.last_block;
+    return;
+  }
   state_.block = 0;
   while (state_.block < state_.remaining.size() && !state_.is_open(state_.block)) ++state_.block;
 }
@@ -101,7 +117,8 @@ void Ledger::take(const record::Commanded& commanded) {
   state_.in_flight = commanded.program;
   state_.attempts = commanded.program.attempt();
   ++state_.runs[index];
-  auto& left = state_.remaining[state_.plan.trials[index].block];
+  state_.last_block = state_.plan.trials[index].block;
+  auto& left = state_.remaining[*state_.last_block];
   left.erase(std::find(left.begin(), left.end(), index));
   if (state_.protocol.stop_when) {
     const std::uint32_t condition = state_.condition_of(index);
@@ -159,7 +176,7 @@ void Ledger::take(const record::AxesFixed& fixed) {
 }
 
 void Ledger::take(const record::PostureConfirmed& confirmed) {
-  state_.confirmed_postures.insert(confirmed.posture_index);
+  state_.confirmed_postures = {confirmed.posture_index};
 }
 
 void Ledger::take(const record::LimitRaised& raised) { state_.rejections[raised.block] = 0; }
@@ -207,6 +224,35 @@ protocol::Drive LedgerState::first_drive(std::uint32_t condition) const {
   if (condition == 0 || looks[condition - 1].empty()) return own;
   return protocol::drive_after(*protocol.stop_when, own, drives[condition - 1],
                                looks_of(looks[condition - 1]));
+}
+
+void Ledger::take(const record::Reviewed& reviewed) {
+  const std::uint32_t block = state_.plan.trials[reviewed.planned_index].block;
+  state_.counted_trials.erase(reviewed.attempt);
+  state_.set_one[state_.plan.blocks[block].posture_index].erase(reviewed.attempt);
+  --state_.counted;
+  ++state_.rejected;
+  if (reviewed.place == record::Rejected::kSetAside) {
+    ++state_.set_aside;
+  } else {
+    auto& left = state_.remaining[block];
+    left.insert(left.begin() + reviewed.place, reviewed.planned_index);
+    state_.expected_remaining += state_.plan.trials[reviewed.planned_index].duration;
+  }
+  state_.reviews.push_back(reviewed);
+  const auto before = next_posture();
+  find_block();
+  // The hand may be on its way to where the session was about to go: who goes back is asked again.
+  const auto after = next_posture();
+  const bool is_hand_there = state_.in_flight && state_.in_flight->posture_index() == after;
+  if (before != after && !is_hand_there) state_.confirmed_postures.clear();
+}
+
+void Ledger::take(const record::Noted& noted) { state_.notes.push_back(noted); }
+
+std::optional<std::uint32_t> Ledger::next_posture() const {
+  if (state_.block >= state_.plan.blocks.size()) return std::nullopt;
+  return state_.plan.blocks[state_.block].posture_index;
 }
 
 }  // namespace tonus::scheduler

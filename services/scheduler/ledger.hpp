@@ -23,20 +23,25 @@ struct LedgerState {
   std::optional<record::Bound> bound;
 
   std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
-  std::size_t block = 0;                             ///< First that is open; plan.blocks.size(): none.
-  std::optional<v1::TrialProgram> in_flight;         ///< Commanded, not yet settled.
-  std::vector<std::uint32_t> runs;                   ///< By planned_index: commands so far.
-  std::vector<std::uint32_t> rejections;             ///< By block, since the operator last went on.
-  std::set<std::uint32_t> owed_receipts;  ///< Attempts that were rejected before their receipt came.
+  /// Where the last trial was, as long as trials remain there; else the first open;
+  /// plan.blocks.size(): none. It goes back only for a trial that was rejected by hand.
+  std::size_t block = 0;
+  std::optional<std::size_t> last_block;      ///< Of the trial that was commanded last.
+  std::optional<v1::TrialProgram> in_flight;  ///< Commanded, not yet settled.
+  std::vector<std::uint32_t> runs;            ///< By planned_index: commands so far.
+  std::vector<std::uint32_t> rejections;      ///< By block, since the operator last went on.
+  std::set<std::uint32_t> owed_receipts;      ///< Attempts that were rejected before their receipt came.
   std::map<std::uint32_t, std::set<std::uint32_t>> set_one;  ///< By posture: attempts of set one that count.
   std::map<std::uint32_t, protocol::BiasAxes> axes;          ///< By posture.
-  std::set<std::uint32_t> confirmed_postures;
+  std::set<std::uint32_t> confirmed_postures;                ///< Where the hand is; one at most.
+  std::map<std::uint32_t, std::uint32_t> counted_trials;     ///< planned_index by attempt.
+  std::vector<record::Reviewed> reviews;                     ///< Attempts rejected by hand, in that order.
+  std::vector<record::Noted> notes;
 
-  std::map<std::uint32_t, std::uint32_t> counted_trials;  ///< planned_index by attempt.
-  std::vector<std::uint32_t> directions;                  ///< By attempt from 1: 0 .. directions - 1.
-  std::vector<std::vector<record::Looked>> looks;         ///< By condition.
-  std::vector<protocol::Drive> drives;                    ///< By condition: of its next trial.
-  std::vector<std::uint32_t> commands;                    ///< By condition.
+  std::vector<std::uint32_t> directions;           ///< By attempt from 1: 0 .. directions - 1.
+  std::vector<std::vector<record::Looked>> looks;  ///< By condition.
+  std::vector<protocol::Drive> drives;             ///< By condition: of its next trial.
+  std::vector<std::uint32_t> commands;             ///< By condition.
 
   std::uint32_t attempts = 0;
   std::uint32_t counted = 0;
@@ -83,6 +88,7 @@ class Ledger {
  private:
   [[nodiscard]] Result<void> start(const record::Started& started);
   [[nodiscard]] Result<void> check(const Record& record) const;
+  [[nodiscard]] Result<void> check(const record::Reviewed& reviewed) const;
   void take(const record::Started&) {}
   void take(const record::Bound& bound);
   void take(const record::Commanded& commanded);
@@ -97,6 +103,10 @@ class Ledger {
   void take(const record::Answered& answered);
   void take(const record::Ended& ended);
   void take(const record::Looked& looked);
+  void take(const record::Reviewed& reviewed);
+  void take(const record::Noted& noted);
+  /// The posture of the trial that comes next; none: there is none.
+  [[nodiscard]] std::optional<std::uint32_t> next_posture() const;
   /// The trial in flight has come to its end.
   void settle(double duration, bool is_done);
   void find_block();

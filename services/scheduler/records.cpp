@@ -57,7 +57,8 @@ template <typename A, typename R>
 void fields(A archive, R& r) {
   using T = std::remove_const_t<R>;
   if constexpr (std::is_same_v<T, record::Started>) {
-    archive& r.session_id& r.request_id& r.protocol_toml& r.subject& r.seed& r.started_at& r.software_version;
+    archive& r.session_id& r.request_id& r.protocol_toml& r.subject& r.seed& r.started_at& r
+        .software_version& r.subject_facts& r.operator_name& r.study& r.is_pilot;
   } else if constexpr (std::is_same_v<T, record::Bound>) {
     archive& r.rig_id& r.home;
   } else if constexpr (std::is_same_v<T, record::Commanded>) {
@@ -82,6 +83,11 @@ void fields(A archive, R& r) {
     archive& r.request_id& r.is_done& r.message;
   } else if constexpr (std::is_same_v<T, record::Ended>) {
     archive& r.phase& r.message;
+  } else if constexpr (std::is_same_v<T, record::Reviewed>) {
+    archive& r.attempt& r.planned_index& r.place& r.reason& r.reviewed_by& r.reviewed_ns;
+  } else if constexpr (std::is_same_v<T, record::Noted>) {
+    archive& r.note_id& r.trial_id& r.kind& r.text& r.written_by& r.written_ns& r.has_rig_clock& r
+        .rig_clock_ns& r.epoch;
   } else {
     static_assert(std::is_same_v<T, record::Looked>);
     archive& r.condition& r.newest& r.counted& r.estimate_id& r.trials& r.stiffness& r.mass& r.damping& r

@@ -26,6 +26,10 @@ struct Started {
   std::uint64_t seed = 0;
   std::string started_at;  ///< ISO 8601, UTC.
   std::string software_version;
+  v1::SubjectFacts subject_facts;
+  std::string operator_name;
+  std::string study;
+  bool is_pilot = false;
 };
 
 /// The rig that runs the session, and its handle's home in R, m.
@@ -101,6 +105,29 @@ struct Ended {
   std::string message;
 };
 
+/// An operator has rejected a trial that had been counted. `place` as in Rejected.
+struct Reviewed {
+  std::uint32_t attempt = 0;
+  std::uint32_t planned_index = 0;
+  std::int32_t place = 0;
+  std::string reason;
+  std::string reviewed_by;
+  std::uint64_t reviewed_ns = 0;  ///< UTC.
+};
+
+/// What an operator has noted; the fields of v1::SessionNote.
+struct Noted {
+  Id note_id = kNoId;
+  Id trial_id = kNoId;
+  std::string kind;
+  std::string text;
+  std::string written_by;
+  std::uint64_t written_ns = 0;
+  bool has_rig_clock = false;
+  std::int64_t rig_clock_ns = 0;
+  std::uint64_t epoch = 0;
+};
+
 /// What a condition's estimate said after its newest trial, and what was made of it (`stop_when`). Without an
 /// estimate in time the condition goes on, or ends where it may not.
 struct Looked {
@@ -126,10 +153,10 @@ struct Looked {
 namespace tonus::scheduler {
 
 /// The order of the alternatives is the file's type number: append only.
-using Record =
-    std::variant<record::Started, record::Bound, record::Commanded, record::Counted, record::Rejected,
-                 record::Refused, record::Receipted, record::AxesFixed, record::PostureConfirmed,
-                 record::LimitRaised, record::Requested, record::Answered, record::Ended, record::Looked>;
+using Record = std::variant<record::Started, record::Bound, record::Commanded, record::Counted,
+                            record::Rejected, record::Refused, record::Receipted, record::AxesFixed,
+                            record::PostureConfirmed, record::LimitRaised, record::Requested,
+                            record::Answered, record::Ended, record::Reviewed, record::Noted, record::Looked>;
 
 /// As the stopping rule takes them.
 [[nodiscard]] std::vector<protocol::Look> looks_of(const std::vector<record::Looked>& records);

@@ -50,21 +50,24 @@ Result<SchedulerEndpoints> SchedulerEndpoints::create(bus::Bus& bus,
   if (!trial_commands) return trial_commands.error();
   auto rig_commands = bus::TypedWriter<v1::RigCommand>::create(bus, topics::kRigCommand);
   if (!rig_commands) return rig_commands.error();
-  return SchedulerEndpoints{std::move(*commands),       std::move(*outcomes),    std::move(*verdicts),
-                            std::move(*receipts),       std::move(*estimates),   std::move(*descriptions),
-                            std::move(*rig_states),     std::move(*rig_replies), std::move(*plans),
-                            std::move(*states),         std::move(*replies),     std::move(*cues),
-                            std::move(*trial_commands), std::move(*rig_commands)};
+  TONUS_TRY_ASSIGN(auto reviews, bus::TypedWriter<v1::TrialReview>::create(bus, topics::kTrialReview));
+  TONUS_TRY_ASSIGN(auto notes, bus::TypedWriter<v1::SessionNote>::create(bus, topics::kSessionNote));
+  return SchedulerEndpoints{
+      std::move(*commands),       std::move(*outcomes),     std::move(*verdicts),   std::move(*receipts),
+      std::move(*estimates),      std::move(*descriptions), std::move(*rig_states), std::move(*rig_replies),
+      std::move(*plans),          std::move(*states),       std::move(*replies),    std::move(*cues),
+      std::move(*trial_commands), std::move(*rig_commands), std::move(reviews),     std::move(notes)};
 }
 
 Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
     SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
-    SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock) {
+    SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock,
+    const IdSource& new_id) {
   auto lasting = folder.reopen();
   if (!lasting) return lasting.error();
   std::unique_ptr<SchedulerService> service(new SchedulerService(std::move(endpoints), std::move(health),
                                                                  std::move(roster), std::move(folder),
-                                                                 std::move(lease), rig, clock));
+                                                                 std::move(lease), rig, clock, new_id));
   if (!*lasting) return service;
   Journal::Opened& opened = **lasting;
   auto effects = service->machine_.restore(opened.records);
@@ -82,7 +85,7 @@ Result<std::unique_ptr<SchedulerService>> SchedulerService::create(
 SchedulerService::SchedulerService(SchedulerEndpoints endpoints, runtime::HealthReporter health,
                                    runtime::Roster roster, SessionFolder folder,
                                    std::unique_ptr<LeaseSender> lease, const std::string& rig,
-                                   const Clock& clock)
+                                   const Clock& clock, const IdSource& new_id)
     : endpoints_(std::move(endpoints)),
       health_(std::move(health)),
       roster_(std::move(roster)),
@@ -90,7 +93,7 @@ SchedulerService::SchedulerService(SchedulerEndpoints endpoints, runtime::Health
       lease_(std::move(lease)),
       rig_id_(rig_id(rig)),
       clock_(clock),
-      machine_(clock, runtime::kVersion) {}
+      machine_(clock, runtime::kVersion, {}, new_id) {}
 
 Result<Clock::TimePoint> SchedulerService::step() {
   flush();
@@ -202,6 +205,9 @@ Result<void> SchedulerService::record(const std::vector<Record>& records) {
       spdlog::info("trial {} rejected: {}", rejected->attempt, rejected->reason);
     } else if (const auto* refused = std::get_if<record::Refused>(&entry)) {
       spdlog::warn("trial {} refused by the rig: {}", refused->attempt, refused->reason);
+    } else if (const auto* reviewed = std::get_if<record::Reviewed>(&entry)) {
+      spdlog::info("trial {} rejected by hand by {}: {}", reviewed->attempt, reviewed->reviewed_by,
+                   reviewed->reason);
     } else if (const auto* ended = std::get_if<record::Ended>(&entry)) {
       spdlog::info("session {}: {}", phase_name(ended->phase), ended->message);
       is_over_ = true;
@@ -228,6 +234,8 @@ bool SchedulerService::offer(const Message& message) {
     if constexpr (std::is_same_v<T, v1::SessionCue>) return endpoints_.cues.write(value);
     if constexpr (std::is_same_v<T, v1::TrialCommand>) return endpoints_.trial_commands.write(value);
     if constexpr (std::is_same_v<T, v1::RigCommand>) return endpoints_.rig_commands.write(value);
+    if constexpr (std::is_same_v<T, v1::TrialReview>) return endpoints_.reviews.write(value);
+    if constexpr (std::is_same_v<T, v1::SessionNote>) return endpoints_.notes.write(value);
   };
   const auto sent = std::visit(write, message);
   if (sent || sent.error().code == ErrorCode::kTimeout) return sent.has_value();

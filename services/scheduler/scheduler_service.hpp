@@ -10,6 +10,7 @@
 #include "services/bus/typed.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
+#include "services/core/id_source.hpp"
 #include "services/runtime/health.hpp"
 #include "services/scheduler/lease_sender.hpp"
 #include "services/scheduler/session_folder.hpp"
@@ -39,6 +40,8 @@ struct SchedulerEndpoints {
   bus::TypedWriter<v1::SessionCue> cues;
   bus::TypedWriter<v1::TrialCommand> trial_commands;
   bus::TypedWriter<v1::RigCommand> rig_commands;
+  bus::TypedWriter<v1::TrialReview> reviews;
+  bus::TypedWriter<v1::SessionNote> notes;
 
   [[nodiscard]] static Result<SchedulerEndpoints> create(bus::Bus& bus,
                                                          std::shared_ptr<bus::Notifier> notifier);
@@ -54,7 +57,8 @@ class SchedulerService {
   /// ended, if there is one; the errors of SessionFolder::reopen and SessionMachine::restore.
   [[nodiscard]] static Result<std::unique_ptr<SchedulerService>> create(
       SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
-      SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock);
+      SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig, const Clock& clock,
+      const IdSource& new_id = random_id);
 
   /// Handles all there is; returns when to call again at the latest. The error is that of the journal:
   /// without it nothing more may be commanded, and the program has to end.
@@ -63,7 +67,7 @@ class SchedulerService {
  private:
   SchedulerService(SchedulerEndpoints endpoints, runtime::HealthReporter health, runtime::Roster roster,
                    SessionFolder folder, std::unique_ptr<LeaseSender> lease, const std::string& rig,
-                   const Clock& clock);
+                   const Clock& clock, const IdSource& new_id);
   [[nodiscard]] Result<void> take_all();
   [[nodiscard]] std::string missing_services();
   [[nodiscard]] Result<void> take_command(const v1::SessionCommand& command);

@@ -49,7 +49,7 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_arming() {
 
 void SessionMachine::request_arming() {
   if (arm_again_at_ && clock_.now() < *arm_again_at_) return;
-  arm_id_ = random_id();  // never one that the rig has answered
+  arm_id_ = new_id_();  // never one that the rig has answered
   arm_again_at_ = clock_.now() + patience_.rig_reply;
   v1::RigCommand arm;
   arm.rig_id(rig_state_->rig_id());

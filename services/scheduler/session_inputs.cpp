@@ -7,8 +7,12 @@
 
 namespace tonus::scheduler {
 
-SessionMachine::SessionMachine(const Clock& clock, std::string software_version, Patience patience)
-    : clock_(clock), software_version_(std::move(software_version)), patience_(patience) {}
+SessionMachine::SessionMachine(const Clock& clock, std::string software_version, Patience patience,
+                               IdSource new_id)
+    : clock_(clock),
+      software_version_(std::move(software_version)),
+      patience_(patience),
+      new_id_(std::move(new_id)) {}
 
 Result<Effects> SessionMachine::restore(const std::vector<Record>& records) {
   for (const Record& record : records) {
@@ -88,6 +92,7 @@ Effects SessionMachine::on_rig_description(const v1::RigDescription& description
 }
 
 Effects SessionMachine::on_rig_state(const v1::RigState& state) {
+  rig_heard_at_ = clock_.now();
   note_rig_mode(state);
   advance();
   return finish();

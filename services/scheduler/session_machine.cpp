@@ -228,7 +228,8 @@ std::optional<SessionMachine::Hold> SessionMachine::hold_for_axes(const protocol
   std::size_t left_out = 0;
   for (const auto& [id, estimate] : estimates_) {
     if (!protocol::is_of_set_one(estimate, s.started.session_id, block.posture_index,
-                                 s.protocol.bias->method))
+                                 s.protocol.bias->method) ||
+        uses_rejected_trial(estimate))
       continue;
     const std::size_t without = protocol::trials_left_out(estimate, attempts);
     if (best != nullptr && without >= left_out) continue;
@@ -316,7 +317,7 @@ void SessionMachine::end(v1::SessionPhase phase, const std::string& message) {
   if (is_armed()) {
     v1::RigCommand disarm;
     disarm.rig_id(rig_state_->rig_id());
-    disarm.request_id(random_id());
+    disarm.request_id(new_id_());
     disarm.request(v1::RIG_DISARM);
     disarm.session_id(ledger_.state().started.session_id);
     disarm.requested_by("scheduler");

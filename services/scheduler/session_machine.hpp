@@ -12,6 +12,7 @@
 #include "services/contract/names.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/id.hpp"
+#include "services/core/id_source.hpp"
 #include "services/core/result.hpp"
 #include "services/protocol/rig_facts.hpp"
 #include "services/scheduler/ledger.hpp"
@@ -26,7 +27,7 @@
 namespace tonus::scheduler {
 
 using Message = std::variant<v1::SessionPlan, v1::SessionState, v1::SessionReply, v1::SessionCue,
-                             v1::TrialCommand, v1::RigCommand>;
+                             v1::TrialCommand, v1::RigCommand, v1::TrialReview, v1::SessionNote>;
 
 /// What an input brings about, in this order: `urgent` is sent at once, `records` are made durable, then
 /// `messages` are sent. If the records cannot be made durable, nothing more may be sent, by this machine or
@@ -48,6 +49,7 @@ struct Patience {
   std::chrono::milliseconds abort_repeat{500};  ///< Between two requests to the rig to abort.
   std::chrono::milliseconds estimate{10000};    ///< For an estimate from all trials of its condition.
   std::chrono::milliseconds receipt{30000};     ///< At the end, for the receipts of rejected trials.
+  std::chrono::milliseconds rig_silence{2000};  ///< After which the rig's clock is not known any more.
   int resends = 2;                              ///< Repeats of a command before the wait shows in the phase.
   int refusals = 3;                             ///< In a row, before the operator is asked.
   int abort_repeats = 10;                       ///< Before a session ends without the rig's confirmation.
@@ -77,7 +79,8 @@ struct Patience {
 /// nothing real may state that it goes on unattended.
 class SessionMachine {
  public:
-  SessionMachine(const Clock& clock, std::string software_version, Patience patience = {});
+  SessionMachine(const Clock& clock, std::string software_version, Patience patience = {},
+                 IdSource new_id = random_id);
 
   /// Takes a journal's records up again. Call once, before any input. kDataLoss where they do not fit
   /// together.
@@ -171,6 +174,16 @@ class SessionMachine {
   void abort(const v1::SessionCommand& command);
   void acknowledge(const v1::SessionCommand& command);
 
+  // session_reviews.cpp: what operators say of trials and sessions
+  void review(const v1::SessionCommand& command);
+  void take_note(const v1::SessionCommand& command);
+  [[nodiscard]] std::string why_not_reviewed(std::uint32_t attempt) const;
+  [[nodiscard]] std::optional<std::uint32_t> attempt_of(const Id& trial) const;
+  [[nodiscard]] std::optional<std::int64_t> rig_clock_ns() const;
+  [[nodiscard]] bool uses_rejected_trial(const v1::Estimate& estimate) const;
+  void publish(const record::Reviewed& reviewed);
+  void publish(const record::Noted& noted);
+
   // session_arming.cpp: the rig's arming
   void authorise();
   void withdraw(const std::string& why);
@@ -198,6 +211,7 @@ class SessionMachine {
   const Clock& clock_;
   const std::string software_version_;
   const Patience patience_;
+  const IdSource new_id_;
 
   Ledger ledger_;
   Effects effects_;
@@ -208,6 +222,7 @@ class SessionMachine {
   std::optional<protocol::RigFacts> facts_;
   std::string facts_problem_ = "rig: has not described itself";
   std::optional<v1::RigState> rig_state_;
+  Clock::TimePoint rig_heard_at_;
   bool resumes_unattended_ = false;  // the rig, which moves nothing real then
   std::string roster_missing_ = "services: nothing is known yet";
 

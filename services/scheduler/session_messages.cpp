@@ -7,7 +7,6 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
-#include "services/contract/subject.hpp"
 #include "services/scheduler/session_machine.hpp"
 
 namespace tonus::scheduler {
@@ -42,6 +41,8 @@ void SessionMachine::begin_session() {
   abort_repeats_ = 0;
   complete_until_.reset();
   publish_plan();
+  for (const record::Reviewed& reviewed : ledger_.state().reviews) publish(reviewed);
+  for (const record::Noted& noted : ledger_.state().notes) publish(noted);
 }
 
 void SessionMachine::publish_plan() {
@@ -50,7 +51,10 @@ void SessionMachine::publish_plan() {
   plan.session_id(s.started.session_id);
   if (s.bound) plan.rig_id(s.bound->rig_id);
   plan.subject(s.started.subject);
-  plan.subject_facts(contract::unknown_subject());
+  plan.subject_facts(s.started.subject_facts);
+  plan.operator_name(s.started.operator_name);
+  plan.study(s.started.study);
+  plan.is_pilot(s.started.is_pilot);
   plan.protocol_name(s.protocol.name);
   plan.protocol_toml(s.started.protocol_toml);
   plan.seed(s.started.seed);

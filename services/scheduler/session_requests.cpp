@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/contract/subject.hpp"
 #include "services/scheduler/session_machine.hpp"
 
 namespace tonus::scheduler {
@@ -53,6 +54,12 @@ Effects SessionMachine::on_command(const v1::SessionCommand& command) {
     case v1::SESSION_ABORT:
       abort(command);
       break;
+    case v1::SESSION_REJECT_TRIAL:
+      review(command);
+      break;
+    case v1::SESSION_NOTE:
+      take_note(command);
+      break;
     case v1::SESSION_START:
       break;
   }
@@ -74,7 +81,7 @@ void SessionMachine::start(const v1::SessionCommand& command) {
     return refuse(
         fmt::format("session {} has been: a new session needs a new id", to_hex(command.session_id())));
   }
-  if (command.subject().empty()) return refuse("subject = \"\" is not allowed: a name");
+  if (auto good = contract::check_people(command); !good) return refuse(good.error().message);
   const auto protocol = protocol::parse_protocol(command.protocol_toml(), "protocol");
   if (!protocol) return refuse(protocol.error().message);
   if (protocol->kind == protocol::ProtocolKind::kStudy) {
@@ -88,7 +95,9 @@ void SessionMachine::start(const v1::SessionCommand& command) {
 
   ledger_ = Ledger{};
   decide(record::Started{command.session_id(), command.request_id(), command.protocol_toml(),
-                         command.subject(), command.seed(), iso8601(clock_.utc_ns()), software_version_});
+                         command.subject(), command.seed(), iso8601(clock_.utc_ns()), software_version_,
+                         command.subject_facts(), command.requested_by(), command.study(),
+                         command.is_pilot()});
   begin_session();
   authorise();
   answer(command.request_id(), true,

@@ -20,14 +20,6 @@ Eigen::Matrix2d rotation(double angle) {
 
 }  // namespace
 
-// What the sub-steps of one period share.
-struct Plant::Chains {
-  control::TwoLinkState rig;
-  control::TwoLinkState arm;
-  Eigen::Matrix2d arm_jacobian;  // Of the hand in R, m/rad.
-  Eigen::Vector2d grip;          // N in R, on the hand or on what is fixed to the handle.
-};
-
 Plant::Plant(const PlantProfile& profile, double period)
     : profile_(profile),
       geometry_(rig_geometry(profile)),
@@ -42,7 +34,9 @@ Plant::Plant(const PlantProfile& profile, double period)
       stiffness_(profile.subject.stiffness.matrix()),
       damping_(profile.subject.damping.matrix()),
       subject_(profile.subject, period, profile.seed),
-      sensor_noise_(profile.seed, kSensorStream) {
+      sensor_noise_(profile.seed, kSensorStream),
+      rig_(profile.manipulandum.links, q_),
+      arm_(profile.subject.links, t_) {
   state_.q = profile.manipulandum.links.angles_at(profile.manipulandum.home);
   ShoulderPose shoulder;
   shoulder.origin = profile.manipulandum.home - profile.subject.posture;
@@ -55,6 +49,14 @@ void Plant::seat(const ShoulderPose& shoulder, const Eigen::Vector2d& posture) n
   subject_.take_posture(profile_.bench.is_on ? profile_.subject.posture : posture);
   is_holding_ = false;
   take_hold();
+  evaluate_sines();
+}
+
+void Plant::evaluate_sines() noexcept {
+  q_ = state_.q;
+  t_ = state_.t;
+  rig_ = control::TwoLinkState(profile_.manipulandum.links, q_);
+  arm_ = control::TwoLinkState(profile_.subject.links, t_);
 }
 
 // Puts the hand on the handle, moving with it. A hand that cannot reach stays where it is, open.
@@ -77,9 +79,9 @@ void Plant::step(const Eigen::Vector2d& torque) noexcept {
   const Eigen::Vector2d& limit = profile_.manipulandum.torque_limits;
   const Eigen::Vector2d given = profile_.manipulandum.motor_gains.cwiseProduct(torque);
   const Eigen::Vector2d command = given.cwiseMin(limit).cwiseMax(-limit);
-  const control::TwoLinkState arm(profile_.subject.links, state_.t);
+  evaluate_sines();
   const SubjectDrive& drive =
-      subject_.begin_period({state_.t, state_.t_rate, arm.point, arm.jacobian * state_.t_rate});
+      subject_.begin_period({state_.t, state_.t_rate, arm_.point, arm_.jacobian * state_.t_rate});
   if (profile_.bench.is_on) {
     is_holding_ = false;
   } else if (drive.is_holding && !is_holding_) {
@@ -118,8 +120,8 @@ void Plant::runge_kutta_step(const Eigen::Vector2d& command) noexcept {
 }
 
 Plant::Chains Plant::chains(const PlantState& state) const noexcept {
-  Chains c{control::TwoLinkState(profile_.manipulandum.links, state.q),
-           control::TwoLinkState(profile_.subject.links, state.t), Eigen::Matrix2d::Zero(),
+  Chains c{rig_.moved_by(profile_.manipulandum.links, q_, state.q - q_),
+           arm_.moved_by(profile_.subject.links, t_, state.t - t_), Eigen::Matrix2d::Zero(),
            Eigen::Vector2d::Zero()};
   c.arm_jacobian = shoulder_to_robot_ * c.arm.jacobian;
   if (is_holding_) {
@@ -136,8 +138,7 @@ Plant::Chains Plant::chains(const PlantState& state) const noexcept {
 }
 
 // (q'', t'') of the equations of motion in the header.
-Eigen::Vector4d Plant::accelerations(const PlantState& state) const noexcept {
-  const Chains c = chains(state);
+Eigen::Vector4d Plant::accelerations(const PlantState& state, const Chains& c) const noexcept {
   const SubjectDrive& drive = subject_.drive();
 
   const Eigen::Vector2d rig_torque = state.motor - profile_.manipulandum.friction.torque(state.q_rate) -
@@ -162,7 +163,7 @@ Eigen::Vector2d Plant::flexure_force() const noexcept {
   const Chains c = chains(state_);
   if (profile_.sensors.handle_mass == 0.0) return c.grip;
   const Eigen::Vector2d acceleration =
-      c.rig.jacobian * accelerations(state_).head<2>() + c.rig.jacobian_rate_times_rates(state_.q_rate);
+      c.rig.jacobian * accelerations(state_, c).head<2>() + c.rig.jacobian_rate_times_rates(state_.q_rate);
   return c.grip + profile_.sensors.handle_mass * acceleration;
 }
 

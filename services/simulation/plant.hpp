@@ -62,11 +62,21 @@ class Plant {
   [[nodiscard]] double energy() const noexcept;
 
  private:
-  struct Chains;
+  /// What the sub-steps of one period share.
+  struct Chains {
+    control::TwoLinkState rig;
+    control::TwoLinkState arm;
+    Eigen::Matrix2d arm_jacobian;  ///< Of the hand in R, m/rad.
+    Eigen::Vector2d grip;          ///< N in R, on the hand or on what is fixed to the handle.
+  };
   void take_hold() noexcept;
   void runge_kutta_step(const Eigen::Vector2d& command) noexcept;
   [[nodiscard]] Chains chains(const PlantState& state) const noexcept;
-  [[nodiscard]] Eigen::Vector4d accelerations(const PlantState& state) const noexcept;
+  [[nodiscard]] Eigen::Vector4d accelerations(const PlantState& state) const noexcept {
+    return accelerations(state, chains(state));
+  }
+  [[nodiscard]] Eigen::Vector4d accelerations(const PlantState& state, const Chains& c) const noexcept;
+  void evaluate_sines() noexcept;
 
   const PlantProfile profile_;
   const RigGeometry geometry_;
@@ -83,6 +93,12 @@ class Plant {
   Eigen::Matrix2d shoulder_to_robot_ = Eigen::Matrix2d::Identity();
   Eigen::Vector2d shoulder_origin_ = Eigen::Vector2d::Zero();
   PlantState state_;
+  // Where the sines were evaluated last: once a period, at its begin. Within the period they follow from
+  // these.
+  Eigen::Vector2d q_ = Eigen::Vector2d::Zero();
+  Eigen::Vector2d t_ = Eigen::Vector2d::Zero();
+  control::TwoLinkState rig_;
+  control::TwoLinkState arm_;
   bool is_holding_ = true;
   std::int64_t step_count_ = 0;
 };

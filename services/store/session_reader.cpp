@@ -7,6 +7,7 @@
 
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
+#include "services/contract/review.hpp"
 #include "services/core/text.hpp"
 #include "services/store/stored_message.hpp"
 
@@ -80,6 +81,13 @@ class SessionCollector {
       trial.trial = verdict->value.trial_id();
       trial.verdict = std::move(verdict);
     }
+    if (auto review = decode(message, topics::kTrialReview); review && review->value.session_id() == id()) {
+      auto& trial = trials_[review->value.attempt()];
+      trial.trial = review->value.trial_id();
+      trial.review = std::move(review);
+    }
+    if (auto note = decode(message, topics::kSessionNote); note && note->value.session_id() == id())
+      notes_.insert_or_assign(note->value.note_id(), std::move(*note));
     if (auto estimate = decode(message, topics::kEstimateCondition);
         estimate && estimate->value.session_id() == id()) {
       session_.estimates.push_back(std::move(*estimate));
@@ -124,6 +132,10 @@ class SessionCollector {
       trial.attempt = attempt;
       session_.trials.push_back(std::move(trial));
     }
+    for (auto& [key, note] : notes_) session_.notes.push_back(std::move(note));
+    std::stable_sort(session_.notes.begin(), session_.notes.end(), [](const auto& a, const auto& b) {
+      return a.value.written_ns() < b.value.written_ns();
+    });
     return std::move(session_);
   }
 
@@ -144,6 +156,7 @@ class SessionCollector {
   Session session_;
   bool has_plan_ = false;
   std::map<std::uint32_t, SessionTrial> trials_;
+  std::map<Id, Arrival<v1::SessionNote>> notes_;  // once each: a restarted scheduler publishes them anew
 };
 
 using Take = void (SessionCollector::*)(const Message&);
@@ -184,8 +197,9 @@ Result<void> collect_session(Store& store, const Id& session, const std::optiona
   }
   if (!successor) return {};
   // What was late is archived under the session that had begun by then.
-  for (const bus::TopicSpec* topic : {&topics::kTrialCommand.spec, &topics::kTrialOutcome.spec,
-                                      &topics::kTrialVerdict.spec, &topics::kEstimateCondition.spec}) {
+  for (const bus::TopicSpec* topic :
+       {&topics::kTrialCommand.spec, &topics::kTrialOutcome.spec, &topics::kTrialVerdict.spec,
+        &topics::kTrialReview.spec, &topics::kSessionNote.spec, &topics::kEstimateCondition.spec}) {
     const MessageQuery query{std::string(topic->name), *successor, {}};
     TONUS_TRY(collect(store, query, collector, &SessionCollector::take_result));
   }
@@ -235,10 +249,22 @@ bool Session::is_whole() const {
   });
 }
 
+std::optional<v1::TrialVerdict> standing_verdict(const SessionTrial& trial) {
+  if (!trial.verdict) return std::nullopt;
+  return contract::standing_verdict(trial.verdict->value, trial.review ? &trial.review->value : nullptr);
+}
+
+std::uint32_t attempt_of(const Session& session, const v1::SessionNote& note) {
+  if (note.trial_id() == kNoId) return 0;
+  const auto found = std::ranges::find(session.trials, note.trial_id(), &SessionTrial::trial);
+  return found == session.trials.end() ? 0 : found->attempt;
+}
+
 std::string why_not_counted(const SessionTrial& trial) {
-  if (!trial.verdict) return "no verdict";
-  if (trial.verdict->value.is_valid()) return {};
-  return trial.verdict->value.detail().empty() ? "judged invalid" : trial.verdict->value.detail();
+  const auto verdict = standing_verdict(trial);
+  if (!verdict) return "no verdict";
+  if (verdict->is_valid()) return {};
+  return verdict->detail().empty() ? "judged invalid" : verdict->detail();
 }
 
 Result<Session> read_session(Store& store, const Id& session) {

@@ -39,7 +39,8 @@ struct SessionTrial {
   Id trial{};
   std::optional<Arrival<v1::TrialCommand>> command;
   std::optional<Arrival<v1::TrialOutcome>> outcome;  ///< None while the trial runs.
-  std::optional<Arrival<v1::TrialVerdict>> verdict;  ///< The newest.
+  std::optional<Arrival<v1::TrialVerdict>> verdict;  ///< The newest, as published; see standing_verdict().
+  std::optional<Arrival<v1::TrialReview>> review;    ///< The newest.
   std::optional<TrialRecord> record;                 ///< With its certificate; there with the outcome.
 };
 
@@ -55,6 +56,8 @@ struct Session {
 
   std::vector<SessionTrial> trials;              ///< By attempt.
   std::vector<Arrival<v1::Estimate>> estimates;  ///< Every one that was published, in time.
+
+  std::vector<Arrival<v1::SessionNote>> notes;  ///< By the time of writing.
 
   std::vector<Arrival<v1::SessionCommand>> commands;  ///< Of operators, to this session.
   std::vector<Arrival<v1::SessionReply>> replies;
@@ -74,6 +77,13 @@ struct Session {
   /// True where every trial with an outcome is certified and none is without outcome.
   [[nodiscard]] bool is_whole() const;
 };
+
+/// The verdict that holds, an operator's review included (contract::standing_verdict()); none: there is no
+/// verdict. Whatever counts or lists verdicts asks here.
+[[nodiscard]] std::optional<v1::TrialVerdict> standing_verdict(const SessionTrial& trial);
+
+/// The attempt that a note speaks of; 0: of no trial.
+[[nodiscard]] std::uint32_t attempt_of(const Session& session, const v1::SessionNote& note);
 
 /// Why a trial does not count, one line: its verdict's reason, or that it has none; empty where it counts.
 [[nodiscard]] std::string why_not_counted(const SessionTrial& trial);

@@ -121,6 +121,7 @@ class Rerun {
     }
     if (found_.verdicts.size() == before)
       found_.remarks.push_back(fmt::format("trial {}: no verdict", trial.attempt));
+    if (trial.review && trial.review->value.is_rejected()) core_.reject(trial.trial, trial.attempt);
     return {};
   }
 

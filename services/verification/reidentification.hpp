@@ -28,14 +28,15 @@ struct CoreChoice {
 
 /// What the archived raw messages lead to.
 struct Reidentification {
-  std::vector<v1::TrialVerdict> verdicts;  ///< By attempt.
+  std::vector<v1::TrialVerdict> verdicts;  ///< By attempt; what was measured, no operator's review.
   std::vector<v1::Estimate> estimates;     ///< As store::newest_estimates orders them.
   std::vector<std::string> remarks;        ///< What went wrong on the way.
 };
 
 /// Feeds the session's samples and outcomes through an IdentificationCore, the same code as the service's, on
 /// a clock of its own. Trials whose samples are not all there are judged with gaps, as the service would
-/// after asking in vain. Errors: the store's, or a rig description that cannot be converted with.
+/// after asking in vain; those that an operator rejected are judged, and left out of every
+/// estimate. Errors: the store's, or a rig description that cannot be converted with.
 [[nodiscard]] Result<Reidentification> reidentify(store::Store& store, const store::Session& session,
                                                   const CoreChoice& choice, const Progress& progress = {});
 

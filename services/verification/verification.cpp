@@ -6,6 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/contract/names.hpp"
+#include "services/contract/review.hpp"
 #include "services/store/archived_trial.hpp"
 #include "services/store/sample_reader.hpp"
 #include "services/verification/reidentification.hpp"
@@ -16,7 +17,9 @@ namespace {
 using store::Session;
 using Outcome = EstimateCheck::Outcome;
 
-std::string verdict_text(const v1::TrialVerdict& verdict) {
+/// Of the verdict that holds, with an operator's review.
+std::string verdict_text(const v1::TrialVerdict& given, const v1::TrialReview* review) {
+  const v1::TrialVerdict verdict = contract::standing_verdict(given, review);
   if (verdict.is_valid()) return "valid";
   return verdict.detail().empty() ? "invalid" : verdict.detail();
 }
@@ -153,8 +156,9 @@ class Verifier {
       const auto now = by_attempt.find(trial.attempt);
       if (!trial.verdict && now == by_attempt.end()) continue;
       VerdictCheck check{trial.attempt, true, {}, {}};
-      if (trial.verdict) check.published = verdict_text(trial.verdict->value);
-      if (now != by_attempt.end()) check.found = verdict_text(*now->second);
+      const v1::TrialReview* review = trial.review ? &trial.review->value : nullptr;
+      if (trial.verdict) check.published = verdict_text(trial.verdict->value, review);
+      if (now != by_attempt.end()) check.found = verdict_text(*now->second, review);
       check.is_equal = trial.verdict && now != by_attempt.end() &&
                        trial.verdict->value.is_valid() == now->second->is_valid() &&
                        trial.verdict->value.reasons() == now->second->reasons();
@@ -180,7 +184,12 @@ class Verifier {
       const v1::Estimate* found = now == by_id.end() ? nullptr : now->second;
       found_.estimates.push_back(compare(session, choice, published, found));
       if (now != by_id.end()) by_id.erase(now);
-      const EstimateCheck& check = found_.estimates.back();
+      EstimateCheck& check = found_.estimates.back();
+      if (const std::string kept = rejected_trials_of(session, published); found_.is_over && !kept.empty()) {
+        check.remark = "uses what was rejected by hand: " + kept;
+        problem(fmt::format("{}, {}: {}", condition_text(published), published.method(), check.remark));
+        continue;
+      }
       if (check.outcome == Outcome::kDiffers || check.outcome == Outcome::kNotReproduced) {
         problem(fmt::format("{}, {}: {}", condition_text(published), published.method(), check.remark));
       }
@@ -192,6 +201,18 @@ class Verifier {
       if (must_be_there)
         problem(fmt::format("{}, {}: was not published", condition_text(estimate), estimate.method()));
     }
+  }
+
+  /// "trial 3, trial 5": those behind the estimate that an operator rejected; empty: none.
+  static std::string rejected_trials_of(const Session& session, const v1::Estimate& estimate) {
+    std::string text;
+    for (const store::SessionTrial& trial : session.trials) {
+      if (!trial.review || !trial.review->value.is_rejected()) continue;
+      const bool is_used = std::ranges::any_of(
+          estimate.trials(), [&](const v1::TrialRange& used) { return used.attempt() == trial.attempt; });
+      if (is_used) text += fmt::format("{}trial {}", text.empty() ? "" : ", ", trial.attempt);
+    }
+    return text;
   }
 
   /// Tries what may have been different: the trials that there were, a given filter frequency, the sign.

@@ -72,6 +72,8 @@ const matrix = (value, error) => {
   return {
     value, standard_error: value.map(() => error), low95: value.map((v) => v - 1.97 * error), high95: value.map((v) => v + 1.97 * error),
     has_ellipse: l1 > 0, size: Math.PI * l1 * l2, shape: l2 / l1, orientation_deg: (Math.atan2(b + c, a - d) * 90) / Math.PI, curl: Math.abs(b - c) / 2 / Math.sqrt(l1 * l2),
+    covariance: Array(16).fill(NaN), known_bias: Array(4).fill(NaN), size_low95: 0.9 * Math.PI * l1 * l2, size_high95: 1.1 * Math.PI * l1 * l2, shape_low95: 0.95 * l2 / l1, shape_high95: 1.05 * l2 / l1,
+    orientation_low95_deg: NaN, orientation_high95_deg: NaN, curl_low95: 0, curl_high95: 0.1,
   };
 };
 const estimate = (number, posture, index, at, more = {}) => ({
@@ -144,7 +146,7 @@ class Desk {
 /// What the archive gives out of the same session.
 function archive(gateway) {
   const base = `/api/sessions/${Buffer.from(SESSION).toString("hex")}`;
-  const entry = { session_id: "5a".repeat(16), subject: "sub-07", protocol: "unloaded", seed: 4711, planned_trials: 24, started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0" };
+  const entry = { session_id: "5a".repeat(16), subject: "sub-07", protocol: "unloaded", seed: 4711, planned_trials: 24, started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0", study: "", is_pilot: false, state: "completed" };
   const other = { ...entry, session_id: "5b".repeat(16), subject: "sub-08", started_at: "2026-03-03T09:30:00Z" };
   const earlier = { ...entry, session_id: "5c".repeat(16), started_at: "2026-02-23T10:15:00Z" };
   const certificate = { expected: 3000, received: 3000, resent: 0, duplicated: 0, missing: 0 };
@@ -169,6 +171,9 @@ function archive(gateway) {
     gateway.answers.set(path, { ...shown, certificate, trials: verdicts.map(({ attempt, trial_id }) => ({ trial_id: Buffer.from(trial_id).toString("hex"), attempt, posture: "reference", set: 1, end: 0, is_certified: true, first_sequence: 1, last_sequence: 1500, certificate })) });
     gateway.answers.set(`${path}/courses/2`, courses);
     gateway.answers.set(`${path}/messages?topic=trial/verdict`, framed("trial/verdict", verdicts));
+    gateway.answers.set(`${path}/messages?topic=trial/outcome`, framed("trial/outcome", verdicts.map(({ trial_id, attempt }) => ({ trial_id, program: { session_id: moved[0].session_id, attempt, posture: "reference", set_number: 1 } }))));
+    gateway.answers.set(`${path}/messages?topic=trial/review`, framed("trial/review", [{ trial_id: id(0x31), session_id: SESSION, attempt: 1, is_rejected: true, reason: "coughed", reviewed_by: "Anna", reviewed_ns: 1n }]));
+    gateway.answers.set(`${path}/messages?topic=session/note`, framed("session/note", [{ note_id: id(0x41), session_id: SESSION, trial_id: id(0x31), kind: "note", text: "light on", written_by: "Anna", written_ns: 1772450372000000000n }]));
     gateway.answers.set(`${path}/messages?topic=estimate/history`, framed("estimate/condition", moved));
     gateway.answers.set(`${path}/messages?topic=session/plan`, framed("session/plan", [{ ...plan, session_id: moved[0].session_id, subject: shown.subject }]));
     gateway.answers.set(`${path}/messages?topic=session/state`, framed("session/state", [session("completed", { counted: 23, rejected: 1, planned: 24, session_id: moved[0].session_id })]));

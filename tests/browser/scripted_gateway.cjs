@@ -13,7 +13,8 @@ const types = { ".html": "text/html", ".js": "text/javascript", ".css": "text/cs
 const topics = {
   "service/health": "ServiceHealth", "session/state": "SessionState", "session/plan": "SessionPlan", "session/cue": "SessionCue",
   "rig/state": "RigState", "rig/description": "RigDescription", "rig/samples": "SampleBlock", "trial/command": "TrialCommand",
-  "trial/outcome": "TrialOutcome", "trial/verdict": "TrialVerdict", "estimate/condition": "Estimate",
+  "trial/outcome": "TrialOutcome", "trial/verdict": "TrialVerdict", "trial/review": "TrialReview", "estimate/condition": "Estimate",
+  "session/note": "SessionNote", "rig/auxiliary": "AuxiliaryBlock",
 };
 
 class ScriptedGateway {
@@ -25,8 +26,8 @@ class ScriptedGateway {
   #sockets;
   #http;
   #options;
-  /// Answers to HTTP requests by path: objects become JSON, buffers go as they are.
-  answers = new Map([["/api/protocols", []], ["/api/sessions", []], ["/api/reports", []], ["/api/role", { role: "operate" }]]);
+  /// Answers to HTTP requests by path: objects become JSON, buffers go as they are, functions get the request's body.
+  answers = new Map([["/api/protocols", []], ["/api/sessions", []], ["/api/subjects", []], ["/api/studies", []], ["/api/jobs", []], ["/api/reports", []], ["/api/role", { role: "operate" }]]);
   requests = [];
   /// What becomes of a request of a page: a reply, or undefined for silence.
   reply = (request) => ({ request_id: request.request_id, request: request.request, is_done: true, message: "done", requested_by: "test" });
@@ -167,6 +168,12 @@ class ScriptedGateway {
   #serve(request, response) {
     const path = new URL(request.url, "http://x").pathname;
     const answer = this.answers.get(request.url) ?? this.answers.get(path);
+    if (typeof answer === "function") {
+      const parts = [];
+      request.on("data", (part) => parts.push(part));
+      request.on("end", () => response.writeHead(200, { "Content-Type": "application/json" }).end(JSON.stringify(answer(Buffer.concat(parts).toString(), request))));
+      return undefined;
+    }
     if (answer !== undefined) {
       const isRaw = Buffer.isBuffer(answer);
       response.writeHead(200, { "Content-Type": isRaw ? "application/octet-stream" : "application/json" });

@@ -1,10 +1,10 @@
 // Every state of the desk on every page: what the strip says, accessibility, sizes, layout shift. Behind the pages is a
 // scripted gateway, so that each state lasts as long as a look at it.
 //
-//   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all | --scenarios]
+//   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all | --scenarios | --only NAME]
 //
 // --all looks at every state of every page in every size and scheme; without it, each page has two of the six.
-// --scenarios leaves the states out.
+// --scenarios leaves the states out; --only runs one of the further scenarios, by its function's name.
 
 const { createRequire } = require("node:module");
 const { join } = require("node:path");
@@ -12,8 +12,9 @@ const { mkdirSync } = require("node:fs");
 const { gzipSync } = require("node:zlib");
 const { ScriptedGateway } = require("./scripted_gateway.cjs");
 const { states, Desk, archive } = require("./desk_states.cjs");
+const further = [...require("./remark_scenarios.cjs").scenarios, ...require("./page_scenarios.cjs").scenarios];
 
-const [packages, executablePath, pages, idl, screenshots, mode] = process.argv.slice(2);
+const [packages, executablePath, pages, idl, screenshots, mode, only] = process.argv.slice(2);
 const require_ = createRequire(join(packages, "package.json"));
 const { chromium } = require_("playwright-core");
 const axePath = require_.resolve("axe-core/axe.min.js");
@@ -22,7 +23,7 @@ const LARGEST_SHIFT = 0.02;
 const SMALLEST_TEXT_PX = 11;
 const LARGEST_LOAD_BYTES = 100_000;
 
-const paths = ["", "results", "subject", "archive"];
+const paths = ["", "results", "subject", "archive", "studies", "protocols"];
 const looks = ["light", "dark"].flatMap((colorScheme) =>
   [[1280, 720], [820, 1180], [390, 844]].map(([width, height]) => ({ colorScheme, viewport: { width, height } })),
 );
@@ -225,7 +226,7 @@ async function anyTrial(browser, gateway, desk, stops) {
     const name = `a trial of the archive, ${looks[lookNumber].viewport.width}`;
     await page.locator('[data-trial="2"]').focus({ timeout: STEP_MS });
     await page.keyboard.press("Enter");
-    await until(async () => { const seen = await page.textContent("#archived-trial .caption"); return [seen === "Solid: x; dashed: y. Faint: the 1 before it. 12 samples of this trial are missing.", seen]; }, `${name}: says what is drawn`);
+    await until(async () => { const seen = await page.textContent("#archived-trial .caption"); return [/^Solid: x; dashed: y\. Faint: the 1 before it\. 12 samples of this trial are missing\. Thick and pale: the fit of state_variable over 8 trials; its residual is \d\.\d{3} N \(RMS\)\.$/.test(seen), seen]; }, `${name}: says what is drawn`);
     const seen = await page.evaluate(() => ({
       head: document.querySelector("#archived-trial-age").textContent,
       titles: Array.from(document.querySelectorAll("#archived-trial svg"), (one) => one.getAttribute("aria-label")),
@@ -234,8 +235,18 @@ async function anyTrial(browser, gateway, desk, stops) {
       focus: document.activeElement.dataset.trial,
     }));
     if (seen.head !== "trial 2: reference, rejected: off target: 6.1 mm, at most 5 mm; early reaction") fail(`${name}: names trial and verdict; seen: ${seen.head}`);
-    if (seen.titles.join() !== "displacement (mm),force (N)") fail(`${name}: units; seen: ${seen.titles}`);
-    if (seen.courses.join() !== "4 of which before 2,4 of which before 2") fail(`${name}: both axes of both trials; seen: ${seen.courses}`);
+    if (seen.titles.join() !== "displacement (mm),force (N),residual (N)") fail(`${name}: units; seen: ${seen.titles}`);
+    if (seen.courses.join() !== "4 of which before 2,6 of which before 2,2 of which before 0") fail(`${name}: both axes of both trials, the fit and its residual; seen: ${seen.courses}`);
+    const first = await page.locator('#trials tr:first-child td').allTextContents();
+    if (first[3] !== "rejected by hand: coughed (Anna)") fail(`${name}: a rejection by hand has its reason; seen: ${first}`);
+    const notes = await page.locator("#notes td").allTextContents();
+    if (notes.join("; ") !== "11:19:32; 1; light on; Anna") fail(`${name}: notes are listed; seen: ${notes}`);
+    for (const [filter, attempts] of [["by-hand", "1"], ["rejected", "1,2"], ["valid", ""], ["all", "1,2"]]) {
+      await page.selectOption("#trial-filter", filter);
+      const found = await page.locator("#trials button").allTextContents();
+      if (found.join() !== attempts) fail(`${name}: trials that are ${filter}; seen: ${found}`);
+    }
+    await page.locator('[data-trial="2"]').focus();
     if (seen.pressed !== "true" || seen.focus !== "2") fail(`${name}: the trial's button is pressed and keeps the focus; seen: ${seen.pressed}, ${seen.focus}`);
     stops.add(await look(page, name));
     await page.screenshot({ fullPage: true, path: join(screenshots, `archive-trial-${looks[lookNumber].viewport.width}.png`) });
@@ -288,30 +299,37 @@ async function load(browser, gateway) {
   }
 }
 
+async function everything(tools, browser, gateway, desk, stops) {
+  for (const path of mode === "--scenarios" ? [] : paths) {
+    for (const lookNumber of looks.keys()) {
+      if (mode !== "--all" && (lookNumber + paths.indexOf(path)) % 3 !== 0) continue;
+      gateway.forgetAll();
+      await walk(browser, gateway, desk, path, lookNumber, stops);
+    }
+  }
+  await twoOperators(browser, gateway, desk);
+  await hangingGateway(browser, gateway, desk);
+  await phone(browser, gateway, desk, stops);
+  await compareSessions(browser, gateway, desk, stops);
+  await anyTrial(browser, gateway, desk, stops);
+  for (const scenario of further) await scenario(tools, browser, gateway, desk, stops);
+  await print(browser, gateway, desk);
+  await load(browser, gateway);
+  if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
+}
+
 (async () => {
   mkdirSync(screenshots, { recursive: true });
   const gateway = await ScriptedGateway.start({ packages, pages, idl });
-  gateway.answers.set("/api/protocols", [{ name: "unloaded", text: 'kind = "unloaded"' }, { name: "cohort", text: 'kind = "study"' }]);
+  gateway.answers.set("/api/protocols", [{ name: "unloaded", text: 'kind = "unloaded"' }, { name: "cohort", text: 'kind = "study"\nname = "cohort"' }]);
   archive(gateway);
   const desk = new Desk(gateway);
   const browser = await chromium.launch({ executablePath, args: ["--no-sandbox", "--disable-gpu", "--disable-dev-shm-usage"] });
   const stops = new Set();
+  const tools = { openPage, look, until, says, named, looks, screenshots, fail };
   try {
-    for (const path of mode === "--scenarios" ? [] : paths) {
-      for (const lookNumber of looks.keys()) {
-        if (mode !== "--all" && (lookNumber + paths.indexOf(path)) % 3 !== 0) continue;
-        gateway.forgetAll();
-        await walk(browser, gateway, desk, path, lookNumber, stops);
-      }
-    }
-    await twoOperators(browser, gateway, desk);
-    await hangingGateway(browser, gateway, desk);
-    await phone(browser, gateway, desk, stops);
-    await compareSessions(browser, gateway, desk, stops);
-    await anyTrial(browser, gateway, desk, stops);
-    await print(browser, gateway, desk);
-    await load(browser, gateway);
-    if (stops.size > 1) fail(`the emergency stop is at one place; seen: ${[...stops].join(" | ")}`);
+    if (mode !== "--only") await everything(tools, browser, gateway, desk, stops);
+    else for (const scenario of further.filter(({ name }) => name === only)) await scenario(tools, browser, gateway, desk, stops);
   } catch (error) {
     fail(error.stack);
   } finally {

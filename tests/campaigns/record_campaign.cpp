@@ -6,7 +6,8 @@
 #include <string>
 #include <vector>
 
-#include "analysis_service/spectral/identification.hpp"
+#include "analysis_service/impedance/identification.hpp"
+#include "analysis_service/spectral/record.hpp"
 #include "analysis_service/spectral/statistics.hpp"
 #include "services/core/parallel.hpp"
 #include "tests/campaigns/record_kinds.hpp"
@@ -27,66 +28,66 @@ struct Outcome {
   char matrix = '-';   // the one with the worst error
   double width = 0.0;  // relative half-width
   double explained = 0.0;
-  double coherence = 0.0;
   std::string why;
 };
 
-const char* name_of(spectral::Test test) {
-  constexpr const char* kNames[] = {"explained", "coherence", "halves",     "bands",    "lag",
-                                    "units",     "friction",  "hardening",  "position", "reflex",
-                                    "clipping",  "held",      "steadiness", "width"};
-  return kNames[static_cast<std::size_t>(test)];
+/// As a service prepares them.
+std::vector<impedance::Trial> trials_of(const std::vector<spectral::Record>& records) {
+  std::vector<impedance::Trial> trials;
+  for (const spectral::Record& record : records) {
+    const spectral::Record whole = spectral::filled(record);
+    impedance::Trial trial;
+    trial.number = static_cast<std::uint32_t>(trials.size() + 1);
+    trial.sample_period = record.sample_period;
+    trial.displacement = whole.displacement;
+    trial.force = whole.force;
+    trial.is_missing = record.is_missing;
+    trial.is_continuous = true;
+    trials.push_back(std::move(trial));
+  }
+  return trials;
 }
 
-/// Models by the names that the command line has.
-const std::map<std::string, spectral::Settings>& models() {
-  static const std::map<std::string, spectral::Settings> all = [] {
-    std::map<std::string, spectral::Settings> list;
-    list["linear"];
-    list["friction"].addition = spectral::Addition::kFriction;
-    list["cubic"].addition = spectral::Addition::kCubic;
-    list["reflex"].addition = spectral::Addition::kReflex;
-    list["auto"].is_automatic = true;
-    return list;
-  }();
-  return all;
-}
-
-Outcome judged(const DrawnRecords& drawn, const spectral::Settings& settings) {
-  const spectral::Estimate found = spectral::identify(drawn.records, settings);
+Outcome judged(const DrawnRecords& drawn, impedance::Model model) {
+  impedance::Options options;
+  options.model = model;
+  options.has_trace = false;
+  const auto identified = impedance::identify(trials_of(drawn.records), options);
   Outcome outcome;
-  if (found.outcome == spectral::Outcome::kNone) {
-    outcome.why = "shortage " + std::to_string(static_cast<int>(found.shortage));
+  if (!identified) {
+    outcome.why = identified.error().message;
     return outcome;
   }
-  outcome.explained = found.explained;
-  outcome.coherence = found.coherence;
-  const double freedom = found.blocks - 1.0;
+  const impedance::Estimate& found = *identified;
+  for (const impedance::Reason reason : found.reasons)
+    outcome.why += (outcome.why.empty() ? "" : " ") + std::string(name_of(reason));
+  if (found.status == impedance::Status::kUndetermined) return outcome;
+  outcome.explained = found.explained.minCoeff();
+  const double freedom = static_cast<double>(found.units) - 1.0;
   const double allowed =
       spectral::student_t_quantile(0.9995, freedom) / spectral::student_t_quantile(0.975, freedom);
-  const auto compare = [&](char matrix, const Eigen::MatrixXd& value, const Eigen::MatrixXd& error,
+  const auto compare = [&](char name, impedance::AxisMatrix impedance::Parameters::*matrix,
                            const Eigen::MatrixXd& truth) {
-    const double worst = ((value - truth).array().abs() / (found.t95 * error).array().max(1e-300)).maxCoeff();
+    const Eigen::MatrixXd value = found.value.*matrix;
+    const Eigen::MatrixXd half = 0.5 * (found.high.*matrix - found.low.*matrix);
+    const double worst = ((value - truth).array().abs() / half.array().max(1e-300)).maxCoeff();
     if (worst > outcome.worst) {
       outcome.worst = worst;
-      outcome.matrix = matrix;
+      outcome.matrix = name;
       outcome.error = (value - truth).cwiseAbs().maxCoeff() / truth.cwiseAbs().maxCoeff();
     }
-    outcome.width =
-        std::max(outcome.width, found.t95 * error.maxCoeff() / std::max(value.cwiseAbs().maxCoeff(), 1e-300));
+    outcome.width = std::max(outcome.width, half.maxCoeff() / std::max(value.cwiseAbs().maxCoeff(), 1e-300));
   };
-  compare('M', found.M, found.M_error, drawn.M);
-  compare('B', found.B, found.B_error, drawn.B);
-  compare('K', found.K, found.K_error, drawn.K);
-  for (const auto& check : found.checks) {
-    if (!check.is_passed) outcome.why += std::string(outcome.why.empty() ? "" : " ") + name_of(check.test);
-  }
-  if (found.is_ok()) outcome.judged = outcome.worst <= allowed ? Judged::kRight : Judged::kWrongAndOk;
+  compare('M', &impedance::Parameters::M, drawn.M);
+  compare('B', &impedance::Parameters::B, drawn.B);
+  compare('K', &impedance::Parameters::K, drawn.K);
+  if (found.status == impedance::Status::kOk)
+    outcome.judged = outcome.worst <= allowed ? Judged::kRight : Judged::kWrongAndOk;
   return outcome;
 }
 
-int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& names,
-        const spectral::Settings& settings, bool is_verbose) {
+int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& names, impedance::Model model,
+        bool is_verbose) {
   std::printf("%-22s %6s %8s %13s  %s\n", "kind", "right", "refused", "wrong and ok", "refused for");
   int right_described = 0;
   int described = 0;
@@ -96,7 +97,7 @@ int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& nam
     if (!names.empty() && std::ranges::find(names, kind.name) == names.end()) continue;
     std::vector<Outcome> outcomes(static_cast<std::size_t>(seeds));
     for_each_in_parallel(outcomes.size(),
-                         [&](std::size_t i) { outcomes[i] = judged(draw(kind, first_seed + i), settings); });
+                         [&](std::size_t i) { outcomes[i] = judged(draw(kind, first_seed + i), model); });
     std::map<Judged, int> counts;
     std::map<std::string, int> reasons;
     for (std::size_t i = 0; i < outcomes.size(); ++i) {
@@ -105,14 +106,14 @@ int run(int seeds, std::uint64_t first_seed, const std::vector<std::string>& nam
       if (outcome.judged == Judged::kRefused) ++reasons[outcome.why];
       if (is_verbose)
         std::printf(
-            "  seed %llu: %s, %c off by %.3f %%, %.2f half-widths, width %.3f, explained %.3f, coherence "
-            "%.3f %s\n",
+            "  seed %llu: %s, %c off by %.3f %%, %.2f half-widths, width %.3f, explained %.3f "
+            "%s\n",
             static_cast<unsigned long long>(first_seed + i),
             outcome.judged == Judged::kRight     ? "right"
             : outcome.judged == Judged::kRefused ? "refused"
                                                  : "WRONG AND OK",
             outcome.matrix, 100.0 * outcome.error, outcome.worst, outcome.width, outcome.explained,
-            outcome.coherence, outcome.why.c_str());
+            outcome.why.c_str());
     }
     std::string why;
     for (const auto& [reason, count] : reasons)
@@ -152,11 +153,11 @@ int main(int argc, char** argv) {
   app.add_option("--kind", kinds, "only these kinds");
   std::string model = "linear";
   std::vector<std::string> names;
-  for (const auto& [name, settings] : tonus::campaigns::models()) names.push_back(name);
+  for (const auto each : tonus::impedance::kRecordModels) names.emplace_back(name_of(each));
   app.add_option("--model", model, "that the records are identified by")
       ->check(CLI::IsMember(names))
       ->capture_default_str();
   app.add_flag("--each", is_verbose, "a line for each record");
   CLI11_PARSE(app, argc, argv);
-  return tonus::campaigns::run(seeds, seed, kinds, tonus::campaigns::models().at(model), is_verbose);
+  return tonus::campaigns::run(seeds, seed, kinds, *tonus::impedance::model_named(model), is_verbose);
 }

@@ -1,4 +1,6 @@
+#include <fstream>
 #include <gtest/gtest.h>
+#include <signal.h>
 
 #include "tests/integration/demo_run.hpp"
 
@@ -44,6 +46,58 @@ void expect_same_numbers(const nlohmann::json& a, const nlohmann::json& b) {
       EXPECT_EQ(x.at(key), y.at(key)) << x.at("posture") << " " << key;
     }
   }
+}
+
+/// Trials rejected by hand while the session goes on, with its scheduler and then its identification killed.
+TEST_F(ArchivedSession, WithTrialsRejectedByHandHasTheEstimatesWithoutThemToTheLastBit) {
+  DemoRun demo({source_file("deploy/protocols/unloaded.toml").string(), "--profile",
+                source_file("deploy/profiles/default.toml").string()});
+  ASSERT_TRUE(demo.process().wait_for_output("trials: 8 of 80", kLimit)) << demo.everything_printed();
+  const std::string domain = std::to_string(own_domain());
+  const std::string data = (demo.folder() / "data").string();
+  const auto ask = [&](std::vector<std::string> words) {
+    words.insert(words.end(), {"--domain", domain, "--data", data, "--by", "Ada"});
+    return run_tonus(words);
+  };
+  ASSERT_EQ(ask({"reject", "3", "--because", "coughed"}), 0) << output_;
+  EXPECT_NE(output_.find("trial 3 is left out and runs again"), std::string::npos) << output_;
+  const pid_t scheduler = child_named(demo.process().id(), "tonus-scheduler");
+  ASSERT_NE(scheduler, 0);
+  ASSERT_EQ(kill(scheduler, SIGKILL), 0);
+  // Until the scheduler is back nobody knows of a session.
+  const auto deadline = std::chrono::steady_clock::now() + kLimit;
+  while (ask({"note", "the subject coughed", "--trial", "3"}) != 0 &&
+         std::chrono::steady_clock::now() < deadline) {
+  }
+  EXPECT_NE(ask({"reject", "3", "--because", "again"}), 0);
+  EXPECT_NE(output_.find("trial 3 was rejected by hand already by Ada: coughed"), std::string::npos)
+      << output_;
+  ASSERT_EQ(ask({"reject", "5", "--because", "slipped"}), 0) << output_;
+  const pid_t identification = child_named(demo.process().id(), "tonus-identification");
+  ASSERT_NE(identification, 0);
+  ASSERT_EQ(kill(identification, SIGKILL), 0);
+  ASSERT_EQ(demo.finish(), 0) << demo.everything_printed();
+
+  const store::Session session = demo.archived();
+  EXPECT_EQ(session.state->counted(), 80U);
+  EXPECT_GE(session.trials.size(), 82U);
+  ASSERT_EQ(session.notes.size(), 1U);
+  EXPECT_EQ(store::attempt_of(session, session.notes[0].value), 3U);
+  EXPECT_EQ(store::why_not_counted(session.trials.at(2)), "rejected by hand by Ada: coughed");
+  EXPECT_EQ(store::why_not_counted(session.trials.at(4)), "rejected by hand by Ada: slipped");
+  for (const auto& estimate : store::newest_estimates(session)) {
+    for (const auto& trial : estimate.trials()) EXPECT_TRUE(trial.attempt() != 3 && trial.attempt() != 5);
+  }
+
+  const std::string archive = (demo.folder() / "data" / "archive.sqlite").string();
+  EXPECT_EQ(run_tonus({"verify", "--archive", archive, "--json"}), 0) << output_;
+  const auto verified = json_of(output_);
+  ASSERT_EQ(verified.at("conditions").size(), 5U);
+  for (const auto& condition : verified.at("conditions"))
+    EXPECT_EQ(condition.at("outcome"), "equal") << condition;
+  EXPECT_EQ(run_tonus({"identify", archive, "--json", (folder_ / "again.json").string()}), 0) << output_;
+  std::ifstream again(folder_ / "again.json");
+  expect_same_numbers(nlohmann::json::parse(again, nullptr, false), demo.results());
 }
 
 TEST_F(ArchivedSession, IsVerifiedShownExportedAndImportedWithTheSameNumbers) {

@@ -134,8 +134,9 @@ TEST(StudyReport, HasEveryTableAndFigureAndIsTheSameToTheByte) {
   }
   const auto page = read_text_file(study.path("one") / "index.html");
   ASSERT_TRUE(page);
-  for (const char* id : {"table1", "table2", "table3", "table4", "figure3", "figure4", "figure5", "figure6",
-                         "figure7", "figure8", "figure9", "figure10", "convergence", "coverage", "spread"}) {
+  for (const char* id :
+       {"table1", "table2", "table3", "table4", "figure3", "figure4", "figure5", "figure6", "figure7",
+        "figure8", "figure9", "figure10", "convergence", "coverage", "intervals", "worth", "spread"}) {
     EXPECT_NE(page->find(std::string("id=\"") + id + "\""), std::string::npos) << id;
   }
   for (const char* figure : {"figure3", "figure7", "figure10"}) {

@@ -2,13 +2,17 @@
 
 #include <algorithm>
 #include <boost/beast/ssl.hpp>
+#include <charconv>
+#include <cstring>
 #include <functional>
 #include <nlohmann/json.hpp>
 #include <spdlog/spdlog.h>
 
+#include "services/core/text.hpp"
 #include "services/dashboard/gateway/json_messages.hpp"
 #include "services/dashboard/gateway/metrics.hpp"
 #include "services/dashboard/gateway/open_api.hpp"
+#include "services/dashboard/gateway/protocol_check.hpp"
 #include "services/dashboard/gateway/server_core.hpp"
 #include "services/dashboard/gateway/websocket_client.hpp"
 
@@ -22,11 +26,12 @@ using beast::error_code;
 using Request = http::request<http::string_body>;
 using Response = http::response<http::string_body>;
 
-constexpr std::chrono::seconds kPatience{20};     // for one answer
+constexpr std::chrono::seconds kPatience{20};  // for one answer
+constexpr std::chrono::minutes kDownloadPatience{30};
 constexpr std::size_t kRequestBytes = 64 * 1024;  // on the wire, TLS and the framing of a body included
 constexpr char kOnlyTls[] = "max-age=31536000";   // RFC 6797
 constexpr std::uint32_t kHeaderLimit = 16 * 1024;
-constexpr std::uint64_t kBodyLimit = 1024;
+constexpr std::uint64_t kBodyLimit = 48 * 1024;  // a protocol's text
 constexpr std::size_t kMaximumReadingJobs = 32;
 constexpr char kMetricsType[] = "text/plain; version=0.0.4; charset=utf-8";
 
@@ -54,6 +59,10 @@ constexpr char kReportPolicy[] =
 constexpr char kReportCookie[] = "tonus-report";
 constexpr char kReportPath[] = "/reports/";
 constexpr char kJsonPath[] = "/json";
+constexpr char kCheckPath[] = "/api/protocols/check";
+constexpr char kExportPath[] = "/exports/";
+constexpr char kSessionsPath[] = "/api/sessions/";
+constexpr char kOrderOfExport[] = "/exports";
 
 constexpr char kNoPages[] =
     "<!doctype html><meta charset=utf-8><title>tonus</title><p>This gateway has no pages: it was built "
@@ -129,11 +138,14 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
   }
 
   void route() {
-    if (request_.method() != http::verb::get && request_.method() != http::verb::head)
+    const auto where = path();
+    const bool is_post = request_.method() == http::verb::post;
+    if (!(is_post && takes_post(where)) && request_.method() != http::verb::get &&
+        request_.method() != http::verb::head)
       return respond(http::status::method_not_allowed, "application/json", error_text("GET is needed"));
     const bool is_upgrade = beast::websocket::is_upgrade(request_);
-    const auto where = path();
     const bool is_guarded = is_upgrade || where == "/metrics" || where.starts_with(kReportPath) ||
+                            where.starts_with(kExportPath) ||
                             (where.starts_with("/api/") && where != "/api/gateway");
     if (!is_guarded) return where == "/api/gateway" ? give_info() : give_page(where);
     const auto admitted = core_.access.admit(visit());
@@ -155,6 +167,11 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
       return respond(http::status::ok, "application/json",
                      core_.hub.status_json(core_.inbox->live_dropped()));
     if (where == "/metrics") return give_metrics();
+    if (is_post) return take_post(where, role);
+    if (where == "/api/jobs") return give_jobs();
+    if (where.starts_with(kExportPath)) return give_export(where.substr(std::strlen(kExportPath)));
+    if (where == "/api/protocols/keys")
+      return respond(http::status::ok, "application/json", protocol_keys_json());
     if (where == "/api/openapi.json")
       return respond(http::status::ok, "application/json", std::string(kOpenApi));
     if (const auto topics = topics_of_path(where); !topics.empty())
@@ -170,6 +187,77 @@ class Connection final : public std::enable_shared_from_this<Connection<Stream>>
     read_elsewhere([this, text = std::move(text)] {
       return ApiAnswer{200, kMetricsType,
                        text + file_metrics(core_.options.folders.store, core_.options.certificate)};
+    });
+  }
+
+  [[nodiscard]] static bool is_order_of_export(const std::string& where) {
+    return where.starts_with(kSessionsPath) && where.ends_with(kOrderOfExport);
+  }
+  [[nodiscard]] static bool takes_post(const std::string& where) {
+    return where == kCheckPath || where == "/api/reports" || is_order_of_export(where);
+  }
+
+  void take_post(const std::string& where, Role role) {
+    if (where == kCheckPath) return give_check();
+    if (role != Role::kOperate) {
+      const auto why = fmt::format("the role {} may not ask for exports and reports", role_name(role));
+      core_.hub.refuse(Refused::kForbidden, peer_, why);
+      return respond(http::status::forbidden, "application/json", error_text(why));
+    }
+    if (!core_.jobs)
+      return respond(http::status::service_unavailable, "application/json",
+                     error_text("no jobs are run here"));
+    const std::string session = where.substr(std::min(where.size(), std::strlen(kSessionsPath)));
+    const auto number =
+        is_order_of_export(where)
+            ? core_.jobs->order_export(session.substr(0, session.size() - std::strlen(kOrderOfExport)),
+                                       query_value(target(), "format"))
+            : core_.jobs->order_report(query_value(target(), "name"), request_.body());
+    if (number) return respond(http::status::ok, "application/json", nlohmann::json{{"job", *number}}.dump());
+    respond(number.error().code == ErrorCode::kUnavailable ? http::status::service_unavailable
+                                                           : http::status::bad_request,
+            "application/json", error_text(number.error().message));
+  }
+
+  void give_jobs() {
+    respond(http::status::ok, "application/json", core_.jobs ? core_.jobs->list_json() : "[]");
+  }
+
+  /// A file of any size, which is read as it is sent.
+  void give_export(const std::string& name) {
+    const auto file = core_.options.folders.exports / name;
+    error_code error;
+    auto response = std::make_shared<http::response<http::file_body>>();
+    const bool is_name = name.find('/') == std::string::npos && !name.starts_with('.');
+    if (is_name) response->body().open(file.c_str(), beast::file_mode::scan, error);
+    if (!is_name || error)
+      return respond(http::status::not_found, "application/json", error_text("there is no such export"));
+    response->version(11);
+    response->set(http::field::server, "tonus-dashboard");
+    response->set(http::field::content_type, "application/octet-stream");
+    response->set(http::field::content_disposition, fmt::format("attachment; filename=\"{}\"", name));
+    response->set(http::field::cache_control, "no-store");
+    response->set("X-Content-Type-Options", "nosniff");
+    response->keep_alive(false);
+    response->prepare_payload();
+    beast::get_lowest_layer(stream_).expires_after(kDownloadPatience);
+    http::async_write(
+        stream_, *response,
+        [self = this->shared_from_this(), response](error_code, std::size_t) { self->close(); });
+  }
+
+  /// The body is a protocol's text.
+  void give_check() {
+    const std::string seed = query_value(target(), "seed");
+    std::uint64_t number = 1;
+    const auto [end, error] = std::from_chars(seed.data(), seed.data() + seed.size(), number);
+    if (!seed.empty() && (error != std::errc() || end != seed.data() + seed.size())) {
+      return respond(http::status::bad_request, "application/json",
+                     error_text(fmt::format("seed: '{:.40}' is not allowed; expected a whole number from 0",
+                                            shown(seed))));
+    }
+    read_elsewhere([text = request_.body(), number, rig = core_.hub.rig_description()] {
+      return ApiAnswer{200, "application/json", check_protocol(text, number, rig)};
     });
   }
 

@@ -13,13 +13,16 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/contract/message_json.hpp"
+#include "services/contract/names.hpp"
 #include "services/core/clock.hpp"
 #include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
 #include "services/dashboard/gateway/json_messages.hpp"
 #include "services/dashboard/gateway/pages.hpp"
+#include "services/dashboard/gateway/people_api.hpp"
 #include "services/dashboard/gateway/trial_course.hpp"
 #include "services/store/open_store.hpp"
+#include "services/store/session_list.hpp"
 #include "services/store/session_reader.hpp"
 
 namespace tonus::dashboard {
@@ -90,14 +93,70 @@ json to_json(const store::TrialRecord& trial) {
 }
 
 ApiAnswer sessions(store::Store& store) {
-  auto records = store.sessions();
-  if (!records) return refusal(records.error());
-  std::reverse(records->begin(), records->end());
+  auto all = store::summarise_sessions(store);
+  if (!all) return refusal(all.error());
+  std::reverse(all->begin(), all->end());
   json list = json::array();
-  for (const auto& record : *records) {
-    if (list.size() < kMaximumListed) list.push_back(to_json(record));
+  for (const auto& summary : *all) {
+    if (list.size() >= kMaximumListed) break;
+    json entry = to_json(summary.record);
+    entry["study"] = summary.plan.study();
+    entry["is_pilot"] = summary.plan.is_pilot();
+    entry["state"] = summary.state ? json(v1::phase_name(summary.state->phase())) : json(nullptr);
+    entry["counted"] = summary.state ? json(summary.state->counted()) : json(nullptr);
+    entry["rejected"] = summary.state ? json(summary.state->rejected()) : json(nullptr);
+    list.push_back(std::move(entry));
   }
   return as_json(list);
+}
+
+/// Subjects or studies.
+ApiAnswer people(const ApiFolders& folders, bool is_studies) {
+  const auto store = store::open_store_for_reading(folders.store);
+  if (!store) return refusal(store.error());
+  const auto all = store::summarise_sessions(**store);
+  if (!all) return refusal(all.error());
+  return {200, "application/json", is_studies ? studies_json(*all, folders.protocols) : subjects_json(*all)};
+}
+
+/// Of what operators said of a session: of each key the newest, by arrival.
+Result<std::vector<store::Message>> remarks(store::Store& store, const Id& session, std::string_view topic) {
+  std::vector<store::Message> newest;
+  const auto keep = [&](const store::Message& message) -> Result<void> {
+    std::erase_if(newest, [&](const auto& known) { return known.key == message.key; });
+    newest.push_back(message);
+    return {};
+  };
+  TONUS_TRY(store.visit_messages({std::string(topic), session, std::nullopt}, keep));
+  return newest;
+}
+
+bool is_remark(std::string_view topic) {
+  return topic == topics::kTrialReview.spec.name || topic == topics::kSessionNote.spec.name;
+}
+
+void append_payload(std::string& out, std::span<const std::byte> payload) {
+  const auto size = static_cast<std::uint32_t>(payload.size());
+  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>((size >> shift) & 0xffU));
+  out.append(reinterpret_cast<const char*>(payload.data()), payload.size());
+}
+
+ApiAnswer remark_messages(store::Store& store, const Id& session, std::string_view topic) {
+  const auto found = remarks(store, session, topic);
+  if (!found) return refusal(found.error());
+  ApiAnswer answer{200, "application/octet-stream", {}};
+  for (const auto& message : *found) append_payload(answer.body, *message.payload);
+  return answer;
+}
+
+ApiAnswer remarks_json(store::Store& store, const Id& session, std::string_view topic) {
+  const auto found = remarks(store, session, topic);
+  if (!found) return refusal(found.error());
+  std::vector<std::string> texts;
+  for (const auto& message : *found)
+    if (auto text = json_message(topic, message.received_ns, *message.payload))
+      texts.push_back(*std::move(text));
+  return {200, "application/json", json_list(texts)};
 }
 
 ApiAnswer session_summary(store::Store& store, const store::SessionRecord& record) {
@@ -118,12 +177,11 @@ template <typename T>
 void append(std::string& out, const T& value) {
   const auto payload = bus::encode(value);
   if (!payload) return;  // it has been decoded from a message: it is within its bounds
-  const auto size = static_cast<std::uint32_t>(payload->size());
-  for (int shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>((size >> shift) & 0xffU));
-  out.append(reinterpret_cast<const char*>(payload->data()), payload->size());
+  append_payload(out, *payload);
 }
 
 ApiAnswer session_messages(store::Store& store, const Id& id, std::string_view topic) {
+  if (is_remark(topic)) return remark_messages(store, id, topic);
   const auto session = store::read_session(store, id);
   if (!session) return refusal(session.error());
   ApiAnswer answer{200, "application/octet-stream", {}};
@@ -151,6 +209,8 @@ ApiAnswer session_messages(store::Store& store, const Id& id, std::string_view t
 
 /// Messages of a session as the live paths of the same names give them.
 std::optional<ApiAnswer> session_json(store::Store& store, const Id& id, std::string_view what) {
+  if (what == "/reviews") return remarks_json(store, id, topics::kTrialReview.spec.name);
+  if (what == "/notes") return remarks_json(store, id, topics::kSessionNote.spec.name);
   constexpr std::array<std::string_view, 4> kKnown{"/estimates", "/outcomes", "/plans", "/verdicts"};
   if (std::find(kKnown.begin(), kKnown.end(), what) == kKnown.end()) return std::nullopt;
   const auto session = store::read_session(store, id);
@@ -244,6 +304,8 @@ ApiAnswer answer_api(const ApiFolders& folders, std::string_view path, std::stri
   constexpr std::string_view kSessions = "/api/sessions";
   constexpr std::string_view kReports = "/reports/";
   if (path == "/api/protocols") return protocols(folders.protocols);
+  if (path == "/api/subjects") return people(folders, false);
+  if (path == "/api/studies") return people(folders, true);
   if (path == "/api/reports") return report_list(folders.reports);
   if (path.starts_with(kReports)) return report_file(folders.reports, path.substr(kReports.size()));
   if (path == kSessions || path.starts_with("/api/sessions/"))

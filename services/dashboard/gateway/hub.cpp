@@ -5,7 +5,9 @@
 
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
+#include "services/contract/rig.hpp"
 #include "services/core/text.hpp"
+#include "services/dashboard/gateway/derived_topics.hpp"
 #include "services/dashboard/gateway/json_messages.hpp"
 
 namespace tonus::dashboard {
@@ -54,6 +56,7 @@ std::pair<ClientId, Hub::Client&> Hub::add(ClientLink& link, Role role, const st
                               false,
                               false})
           .first->second;
+  if (is_over_) dismiss(client);
   return {id, client};
 }
 
@@ -86,6 +89,16 @@ void Hub::leave(ClientId id) {
   clients_.erase(found);
   for (auto& [channel, listeners] : listeners_)
     std::erase_if(listeners, [id](const Listener& listener) { return listener.client == id; });
+}
+
+void Hub::dismiss_all() {
+  is_over_ = true;
+  for (auto& [id, client] : clients_) dismiss(client);
+}
+
+void Hub::dismiss(Client& client) {
+  client.is_ending = true;
+  client.link->end(CloseCode::kGoingAway, "the gateway ends");
 }
 
 void Hub::on_text(ClientId id, std::string_view text) {
@@ -206,6 +219,39 @@ void Hub::on_bus_message(const PassedMessage& message) {
   if (offered->flow == Flow::kKept) latest_.put(message);
   note_results(*offered, message);
   fan_out(*offered, message);
+  derive(*offered, message);
+}
+
+/// What the gateway makes of the message for Foxglove and Lichtblick.
+void Hub::derive(const OfferedTopic& offered, const PassedMessage& message) {
+  const std::string_view name = offered.channel.topic;
+  if (name == topics::kTrialCommand.spec.name) {
+    if (const auto command = bus::decode<v1::TrialCommand>(*message.payload))
+      shoulder_ = contract::shoulder_of(command->program());
+  } else if (name == topics::kEstimateCondition.spec.name) {
+    const auto estimate = bus::decode<v1::Estimate>(*message.payload);
+    if (!estimate) return;
+    const OfferedTopic& scene = topic_named(kSceneTopic);
+    const PassedMessage drawn{scene.channel.id, message.key, message.time_ns,
+                              as_payload(ellipse_scene_json(*estimate, message.time_ns))};
+    latest_.put(drawn);
+    fan_out(scene, drawn);
+  } else if (name == topics::kRigSamples.spec.name) {
+    derive_hand(message);
+  }
+}
+
+void Hub::derive_hand(const PassedMessage& message) {
+  const OfferedTopic& hand = topic_named(kHandTopic);
+  const auto listeners = listeners_.find(hand.channel.id);
+  if (listeners == listeners_.end() || listeners->second.empty()) return;
+  const auto block = bus::decode<v1::SampleBlock>(*message.payload);
+  const auto rig = rig_description();
+  if (!block || !rig || block->is_resent()) return;
+  const auto geometry = contract::geometry_of(*rig);
+  if (!geometry) return;
+  if (const auto text = hand_json(*block, *geometry, shoulder_))
+    fan_out(hand, {hand.channel.id, {}, message.time_ns, as_payload(*text)});
 }
 
 void Hub::note_results(const OfferedTopic& offered, const PassedMessage& message) {
@@ -226,6 +272,15 @@ void Hub::note_results(const OfferedTopic& offered, const PassedMessage& message
 
 std::vector<PassedMessage> Hub::latest(std::string_view topic) const {
   return latest_.of(topic_named(topic).channel.id);
+}
+
+std::optional<v1::RigDescription> Hub::rig_description() const {
+  std::optional<v1::RigDescription> found;
+  for (const PassedMessage& message : latest(topics::kRigDescription.spec.name)) {
+    const auto description = bus::decode<v1::RigDescription>(*message.payload);
+    if (description && Id(description->rig_id()) == options_.rig) found = *description;
+  }
+  return found;
 }
 
 void Hub::on_reply(const OperatorReply& reply) { fan_out_json(kReplyTopic, reply_text(reply)); }
@@ -309,8 +364,12 @@ const OfferedTopic& Hub::topic_named(std::string_view name) const {
 }
 
 bool Hub::is_wanted(std::uint32_t channel) const {
-  const auto listeners = listeners_.find(channel);
-  return listeners != listeners_.end() && !listeners->second.empty();
+  const auto has_listeners = [this](std::uint32_t one) {
+    const auto listeners = listeners_.find(one);
+    return listeners != listeners_.end() && !listeners->second.empty();
+  };
+  return has_listeners(channel) || (channel == topic_named(topics::kRigSamples.spec.name).channel.id &&
+                                    has_listeners(topic_named(kHandTopic).channel.id));
 }
 
 std::size_t Hub::waiting_messages() const {

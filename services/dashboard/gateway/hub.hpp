@@ -19,6 +19,7 @@
 #include "services/dashboard/gateway/result_latency.hpp"
 #include "services/dashboard/gateway/token_bucket.hpp"
 #include "services/dashboard/gateway/topic_table.hpp"
+#include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::dashboard {
 
@@ -66,6 +67,8 @@ class Hub {
   [[nodiscard]] ClientId join_json(ClientLink& link, Role role, const std::string& peer,
                                    std::span<const std::string_view> wanted);
   void leave(ClientId client);
+  /// The gateway ends: each client is told so, whoever still joins too, and nothing more is sent.
+  void dismiss_all();
 
   void on_text(ClientId client, std::string_view text);
   void on_binary(ClientId client, std::span<const std::byte> frame);
@@ -83,7 +86,7 @@ class Hub {
   /// Notes a refusal and logs it, unless very many are.
   void refuse(Refused kind, const std::string& peer, const std::string& reason);
 
-  /// Whether anybody subscribes to a channel.
+  /// Whether anybody subscribes to a channel, or to what is made of it.
   [[nodiscard]] bool is_wanted(std::uint32_t channel) const;
 
   [[nodiscard]] const std::vector<OfferedTopic>& topics() const { return topics_; }
@@ -93,7 +96,9 @@ class Hub {
   [[nodiscard]] std::uint64_t refused(Refused kind) const { return refused_[static_cast<std::size_t>(kind)]; }
   /// The newest message of each key of a topic, in the order of their coming.
   [[nodiscard]] std::vector<PassedMessage> latest(std::string_view topic) const;
-  /// The same of several topics as a JSON list. Messages that cannot be read are left out and counted.
+  /// Of the gateway's rig, the newest.
+  [[nodiscard]] std::optional<v1::RigDescription> rig_description() const;
+  /// The newest of several topics as a JSON list. Messages that cannot be read are left out and counted.
   [[nodiscard]] std::string latest_json(std::span<const std::string_view> wanted);
   [[nodiscard]] const ResultLatency& latency() const { return latency_; }
   [[nodiscard]] std::string status_json(std::uint64_t arrival_drops) const;
@@ -135,7 +140,10 @@ class Hub {
             const PassedMessage& message);
   void fan_out(const OfferedTopic& topic, const PassedMessage& message);
   void fan_out_json(std::string_view topic, const std::string& json);
+  void derive(const OfferedTopic& topic, const PassedMessage& message);
+  void derive_hand(const PassedMessage& message);
   void note_results(const OfferedTopic& topic, const PassedMessage& message);
+  static void dismiss(Client& client);
   void end(Client& client, Refused kind, CloseCode code, const std::string& reason);
 
   std::vector<OfferedTopic> topics_;
@@ -144,9 +152,11 @@ class Hub {
   std::function<void(OperatorRequest)> ask_;
   LatestValues latest_;
   ResultLatency latency_;
+  ShoulderPose shoulder_;  ///< Of the newest trial.
   std::map<ClientId, Client> clients_;
   std::map<std::uint32_t, std::vector<Listener>> listeners_;  ///< Of each channel.
   ClientId last_client_ = 0;
+  bool is_over_ = false;  ///< dismiss_all() was called.
   std::uint64_t thinned_before_ = 0;  ///< For clients that have left.
   std::array<std::uint64_t, static_cast<std::size_t>(Refused::kCount)> refused_{};
   TokenBucket log_lines_{5.0, 50.0};

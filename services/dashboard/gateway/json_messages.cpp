@@ -32,9 +32,12 @@ constexpr std::array kSpeakers{Speaker{topics::kEstimateCondition.spec.name, &sp
                                Speaker{topics::kEstimateLive.spec.name, &speak<v1::Estimate>},
                                Speaker{topics::kTrialVerdict.spec.name, &speak<v1::TrialVerdict>},
                                Speaker{topics::kTrialOutcome.spec.name, &speak<v1::TrialOutcome>},
+                               Speaker{topics::kTrialReview.spec.name, &speak<v1::TrialReview>},
                                Speaker{topics::kSessionPlan.spec.name, &speak<v1::SessionPlan>},
                                Speaker{topics::kSessionState.spec.name, &speak<v1::SessionState>},
-                               Speaker{topics::kRigState.spec.name, &speak<v1::RigState>}};
+                               Speaker{topics::kSessionNote.spec.name, &speak<v1::SessionNote>},
+                               Speaker{topics::kRigState.spec.name, &speak<v1::RigState>},
+                               Speaker{topics::kRigDescription.spec.name, &speak<v1::RigDescription>}};
 
 constexpr auto kNames = [] {
   std::array<std::string_view, kSpeakers.size()> names;
@@ -80,6 +83,9 @@ Result<std::vector<std::string_view>> json_topics_of(std::string_view query) {
 std::vector<std::string_view> topics_of_path(std::string_view path) {
   if (path == "/api/estimates") return {topics::kEstimateCondition.spec.name};
   if (path == "/api/verdicts") return {topics::kTrialVerdict.spec.name};
+  if (path == "/api/reviews") return {topics::kTrialReview.spec.name};
+  if (path == "/api/notes") return {topics::kSessionNote.spec.name};
+  if (path == "/api/rigs") return {topics::kRigDescription.spec.name};
   if (path == "/api/outcomes") return {topics::kTrialOutcome.spec.name};
   if (path == "/api/plans") return {topics::kSessionPlan.spec.name};
   if (path == "/api/states") return {topics::kSessionState.spec.name, topics::kRigState.spec.name};

@@ -14,7 +14,8 @@
 /// services/dashboard/openapi.json describes them.
 namespace tonus::dashboard {
 
-/// estimate/condition, estimate/live, trial/verdict, trial/outcome, session/plan, session/state, rig/state.
+/// estimate/condition, estimate/live, trial/verdict, trial/outcome, trial/review, session/plan,
+/// session/state, session/note, rig/state, rig/description.
 [[nodiscard]] std::span<const std::string_view> json_topics();
 
 /// `{"topic": "...", "time_ns": ..., "message": {...}}`, the message as services/contract/message_json.hpp
@@ -30,7 +31,7 @@ namespace tonus::dashboard {
 [[nodiscard]] Result<std::vector<std::string_view>> json_topics_of(std::string_view query);
 
 /// What a path of the HTTP interface gives out of what is in force: /api/estimates, /api/verdicts,
-/// /api/outcomes, /api/plans, /api/states. None for any other path.
+/// /api/outcomes, /api/reviews, /api/plans, /api/states, /api/notes, /api/rigs. None for any other path.
 [[nodiscard]] std::vector<std::string_view> topics_of_path(std::string_view path);
 
 /// "[a,b,...]" of JSON texts.

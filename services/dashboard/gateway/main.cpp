@@ -34,6 +34,7 @@ struct Options {
   std::string store;
   std::string protocols;
   std::string reports;
+  std::string exports;
 };
 
 void add_options(CLI::App& app, Options& o) {
@@ -56,6 +57,8 @@ void add_options(CLI::App& app, Options& o) {
   app.add_option("--reports", o.reports,
                  "folder of the reports that pages show (default: reports in the data "
                  "folder)");
+  app.add_option("--exports", o.exports,
+                 "folder of the exports that pages ask for (default: exports in the data folder)");
 }
 
 Result<dashboard::ServerOptions> server_options(const Options& o) {
@@ -77,6 +80,8 @@ Result<dashboard::ServerOptions> server_options(const Options& o) {
   server.folders.protocols =
       o.protocols.empty() ? installation().share / "protocols" : std::filesystem::path(o.protocols);
   server.folders.reports = o.reports.empty() ? *data / "reports" : std::filesystem::path(o.reports);
+  server.folders.exports = o.exports.empty() ? *data / "exports" : std::filesystem::path(o.exports);
+  server.folders.tonus = installation().programs / "tonus";
   server.info_json = nlohmann::json{{"program", kProgram},
                                     {"version", runtime::kVersion},
                                     {"rig", o.common.rig},

@@ -7,7 +7,9 @@
 #include <spdlog/fmt/fmt.h>
 
 #include "services/contract/subject.hpp"
+#include "services/contract/subject_json.hpp"
 #include "services/core/clock.hpp"
+#include "services/core/text.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -20,16 +22,21 @@ struct Named {
   Request request;
 };
 
-constexpr std::array<Named<v1::SessionRequest>, 4> kSessionRequests{{{"start", v1::SESSION_START},
-                                                                     {"pause", v1::SESSION_PAUSE},
-                                                                     {"resume", v1::SESSION_RESUME},
-                                                                     {"abort", v1::SESSION_ABORT}}};
+constexpr std::array<Named<v1::SessionRequest>, 6> kSessionRequests{
+    {{"start", v1::SESSION_START},
+     {"pause", v1::SESSION_PAUSE},
+     {"resume", v1::SESSION_RESUME},
+     {"abort", v1::SESSION_ABORT},
+     {"reject_trial", v1::SESSION_REJECT_TRIAL},
+     {"note", v1::SESSION_NOTE}}};
+constexpr std::array<std::string_view, 2> kNoteKinds{"note", "marker"};
 constexpr std::array<Named<v1::RigRequest>, 3> kRigRequests{{{"emergency_stop", v1::RIG_EMERGENCY_STOP},
                                                              {"clear_fault", v1::RIG_CLEAR_FAULT},
                                                              {"abort_trial", v1::RIG_ABORT_TRIAL}}};
 constexpr char kEmergencyStop[] = "emergency_stop";
 constexpr std::size_t kLongestProtocol = 50000;  // what a session command has room for
 constexpr std::size_t kLongestSubject = 128;
+constexpr std::size_t kLongestText = 500;  // of a reason or a note
 constexpr std::size_t kLongestName = 160;  // bytes: 40 characters
 constexpr std::size_t kLongestPage = 16;
 
@@ -88,6 +95,53 @@ Result<std::string> requested_by(const json& object, const Asker& asker, bool is
   return text;
 }
 
+/// A line for a person: no control characters, nothing that turns the direction of what follows.
+Result<std::string> line_in(const json& object, const char* field, std::size_t longest) {
+  auto text = text_in(object, field, longest);
+  if (text && shown(*text) != *text)
+    return wrong(fmt::format("\"{}\" must be one line without control characters", field));
+  return text;
+}
+
+Result<bool> flag_in(const json& object, const char* field) {
+  const auto found = object.find(field);
+  if (found == object.end()) return false;
+  if (!found->is_boolean()) return wrong(fmt::format("\"{}\" must be true or false", field));
+  return found->get<bool>();
+}
+
+/// Of a start: who the subject is, and what the session belongs to.
+Result<void> add_start(const json& object, v1::SessionCommand& command) {
+  TONUS_TRY_ASSIGN(const auto study, line_in(object, "study", kLongestSubject));
+  TONUS_TRY_ASSIGN(const bool is_pilot, flag_in(object, "is_pilot"));
+  if (object.contains("subject_facts")) {
+    TONUS_TRY_ASSIGN(const auto facts, contract::subject_facts_of(object.at("subject_facts")));
+    command.subject_facts(facts);
+  }
+  command.study(study);
+  command.is_pilot(is_pilot);
+  return {};
+}
+
+/// Of a rejection or a note: of which trial, and what is said.
+Result<void> add_remark(const json& object, v1::SessionCommand& command) {
+  const bool is_note = command.request() == v1::SESSION_NOTE;
+  TONUS_TRY_ASSIGN(const auto trial, id_in(object, "trial_id"));
+  if (!is_note && trial == kNoId) return wrong("\"trial_id\" must name the trial that is rejected");
+  TONUS_TRY_ASSIGN(const auto text, line_in(object, "text", kLongestText));
+  if (text.find_first_not_of(' ') == std::string::npos) {
+    return wrong(is_note ? "\"text\" must say what is noted" : "\"text\" must say why the trial is rejected");
+  }
+  TONUS_TRY_ASSIGN(auto kind, text_in(object, "note_kind", 16));
+  if (kind.empty()) kind = kNoteKinds[0];
+  if (is_note && std::find(kNoteKinds.begin(), kNoteKinds.end(), kind) == kNoteKinds.end())
+    return wrong(fmt::format("note_kind: \"{}\" is not allowed; expected note or marker", kind));
+  command.trial_id(trial);
+  command.text(text);
+  if (is_note) command.note_kind(kind);
+  return {};
+}
+
 Result<OperatorCommand> session_command(const json& object, v1::SessionRequest request, const Id& id,
                                         const Asker& asker) {
   v1::SessionCommand command;
@@ -108,6 +162,9 @@ Result<OperatorCommand> session_command(const json& object, v1::SessionRequest r
   command.subject(*subject);
   command.subject_facts(contract::unknown_subject());
   command.requested_by(asker.name);
+  if (request == v1::SESSION_START) TONUS_TRY(add_start(object, command));
+  if (request == v1::SESSION_REJECT_TRIAL || request == v1::SESSION_NOTE)
+    TONUS_TRY(add_remark(object, command));
   return OperatorCommand(std::move(command));
 }
 
@@ -152,7 +209,7 @@ Result<OperatorRequest> parse_request(std::string_view text, const Asker& asker,
   if (!session_request && !rig_request) {
     return wrong(
         fmt::format("request: \"{}\" is not allowed; expected start, pause, resume, abort, "
-                    "emergency_stop, clear_fault or abort_trial",
+                    "reject_trial, note, emergency_stop, clear_fault or abort_trial",
                     name));
   }
   if (!is_allowed(asker.role, name)) {

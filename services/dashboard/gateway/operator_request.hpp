@@ -17,12 +17,15 @@
 ///     {"request_id": "<32 hex digits>", "request": "start", "session_id": "<32 hex digits>",
 ///      "protocol_toml": "...", "subject": "sub-01", "seed": 1}
 ///
-/// request: start, pause, resume, abort (of a session; session_id may be left out but with start),
-/// emergency_stop, clear_fault (with the "hold_number" of the rig's state), abort_trial (of the rig). The
-/// answer comes on operator/reply with the same request_id. A request that is repeated with its id is done
-/// once. Optional: "by", the operator's name, at most 40 characters of letters, digits, spaces and .'_-;
-/// "page", the name of the page, lower-case letters. Both go into requested_by, a stop's with the gateway's
-/// time: "Anna, dashboard 127.0.0.1:5000 on results at 11:19:32 UTC".
+/// request: start, pause, resume, abort, reject_trial, note (of a session; session_id may be left out but
+/// with start), emergency_stop, clear_fault (with the "hold_number" of the rig's state), abort_trial (of the
+/// rig). The answer comes on operator/reply with the same request_id. A request that is repeated with its id
+/// is done once. A start may have "subject_facts" (services/contract/subject_json.hpp), "study" and
+/// "is_pilot". A rejection has "trial_id" and "text", why; a note "text", and if wanted "trial_id" and
+/// "note_kind": note or marker. Both texts are one line of at most 500 bytes. Optional: "by", the operator's
+/// name, at most 40 characters of letters, digits, spaces and .'_-; "page", the name of the page, lower-case
+/// letters. Both go into requested_by, a stop's with the gateway's time: "Anna, dashboard 127.0.0.1:5000 on
+/// results at 11:19:32 UTC".
 namespace tonus::dashboard {
 
 using OperatorCommand = std::variant<v1::SessionCommand, v1::RigCommand>;

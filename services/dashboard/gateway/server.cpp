@@ -16,6 +16,7 @@ using boost::system::error_code;
 
 constexpr std::chrono::seconds kStatusPeriod{1};
 constexpr std::chrono::milliseconds kAcceptAgain{100};
+constexpr std::chrono::seconds kGoodbyeLimit{1};
 constexpr int kNiceness = 5;
 constexpr int kSendBufferBytes = 256 * 1024;  // what is in it is old when it arrives
 
@@ -59,7 +60,8 @@ Result<void> use_certificate(ServerCore& core) {
 
 void accept_next(ServerCore& core) {
   core.acceptor.async_accept([&core](error_code error, tcp::socket socket) {
-    if (error) {  // no file descriptor left, say: it may pass
+    if (error == asio::error::operation_aborted) return;  // the gateway ends
+    if (error) {                                          // no file descriptor left, say: it may pass
       core.accept_again.expires_after(kAcceptAgain);
       core.accept_again.async_wait([&core](error_code ended) {
         if (!ended) accept_next(core);
@@ -80,6 +82,22 @@ void publish_status(ServerCore& core) {
   core.status_timer.async_wait([&core](error_code ended) {
     if (!ended) publish_status(core);
   });
+}
+
+/// The last client's farewell ends the loop, or the limit does: who does not read holds nobody up.
+void say_goodbye(ServerCore& core) {
+  error_code ignored;
+  core.acceptor.close(ignored);
+  core.accept_again.cancel();
+  if (core.hub.clients() == 0) return core.io.stop();
+  core.wants_changed = [&core](const Hub& hub) {
+    if (hub.clients() == 0) core.io.stop();
+  };
+  core.goodbye_timer.expires_after(kGoodbyeLimit);
+  core.goodbye_timer.async_wait([&core](error_code ended) {
+    if (!ended) core.io.stop();
+  });
+  core.hub.dismiss_all();
 }
 
 void take_inbox(ServerCore& core) {
@@ -124,7 +142,8 @@ Server::Server(std::unique_ptr<ServerCore> core) : core_(std::move(core)) {}
 Server::~Server() { stop(); }
 
 void Server::stop() {
-  core_->io.stop();
+  asio::post(core_->io, [core = core_.get()] { say_goodbye(*core); });
+  if (!thread_.joinable()) core_->io.stop();
   if (thread_.joinable()) thread_.join();
   core_->reading_thread.join();
   core_->wants_changed = [](const Hub&) {};  // connections that are left say goodbye later

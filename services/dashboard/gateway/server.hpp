@@ -58,7 +58,8 @@ class Server {
   /// Takes from the inbox whatever comes, as soon as wake() is called.
   void start(Inbox& inbox, WantsChanged wants_changed);
 
-  /// Ends the thread; afterwards nothing that start() was given is used any more.
+  /// Tells clients that the gateway ends (WebSocket close code 1001), waits for their answers for a second at
+  /// most, and ends the thread; afterwards nothing that start() was given is used any more.
   void stop();
 
   /// From any thread: the inbox has something. Without effect after stop().

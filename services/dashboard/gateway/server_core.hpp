@@ -11,6 +11,7 @@
 #include <utility>
 
 #include "services/dashboard/gateway/connection_table.hpp"
+#include "services/dashboard/gateway/jobs.hpp"
 #include "services/dashboard/gateway/read_budget.hpp"
 #include "services/dashboard/gateway/server.hpp"
 
@@ -30,7 +31,10 @@ struct ServerCore {
         pages(std::move(given_pages)),
         hub(given_hub),
         clock(given_clock),
-        table(options.connections) {}
+        table(options.connections) {
+    if (const ApiFolders& f = options.folders; !f.tonus.empty())
+      jobs.emplace(JobFolders{f.tonus, f.store, f.exports, f.reports});
+  }
 
   ServerOptions options;
   Access access;
@@ -42,11 +46,13 @@ struct ServerCore {
   ConnectionTable table;
   std::size_t reading_jobs = 0;  ///< Waiting for the reading thread, or under way there.
   std::optional<boost::asio::ssl::context> tls;
+  std::optional<Jobs> jobs;  ///< Threads of its own.
 
   boost::asio::io_context io{1};
   boost::asio::ip::tcp::acceptor acceptor{io};
   boost::asio::steady_timer status_timer{io};
   boost::asio::steady_timer accept_again{io};
+  boost::asio::steady_timer goodbye_timer{io};
   boost::asio::thread_pool reading_thread{1};  ///< For archive and reports.
 };
 

@@ -5,6 +5,7 @@
 #include <string_view>
 
 #include "idl/topics.hpp"
+#include "services/dashboard/gateway/derived_topics.hpp"
 #include "services/dashboard/gateway/idl_texts.hpp"
 
 namespace tonus::dashboard {
@@ -65,9 +66,9 @@ constexpr char kReplySchema[] = R"({
 })";
 
 Flow flow_of(const bus::TopicSpec& spec) {
-  constexpr std::array<std::string_view, 5> kForEyes{
-      topics::kRigSamples.spec.name, topics::kRigLease.spec.name, topics::kEstimateLive.spec.name,
-      topics::kClockProbe.spec.name, topics::kClockEcho.spec.name};
+  constexpr std::array<std::string_view, 6> kForEyes{
+      topics::kRigSamples.spec.name,   topics::kRigAuxiliary.spec.name, topics::kRigLease.spec.name,
+      topics::kEstimateLive.spec.name, topics::kClockProbe.spec.name,   topics::kClockEcho.spec.name};
   if (std::find(kForEyes.begin(), kForEyes.end(), spec.name) != kForEyes.end()) return Flow::kLive;
   return spec.qos.durability == bus::Durability::kTransientLocal ? Flow::kKept : Flow::kOnce;
 }
@@ -108,6 +109,8 @@ std::vector<OfferedTopic> offered_topics() {
   }
   all.push_back({own_channel(kStatusTopic, "tonus.GatewayStatus", kStatusSchema), Flow::kLive, {}});
   all.push_back({own_channel(kReplyTopic, "tonus.OperatorReply", kReplySchema), Flow::kOnce, {}});
+  all.push_back({own_channel(kHandTopic, "tonus.Hand", kHandSchema), Flow::kLive, {}});
+  all.push_back({own_channel(kSceneTopic, "foxglove.SceneUpdate", kSceneSchema), Flow::kKept, {}});
   std::uint32_t id = 0;
   for (auto& topic : all) topic.channel.id = ++id;
   return all;

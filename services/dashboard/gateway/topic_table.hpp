@@ -26,11 +26,15 @@ struct OfferedTopic {
 /// Topics of the gateway itself, JSON.
 inline constexpr char kStatusTopic[] = "gateway/status";
 inline constexpr char kReplyTopic[] = "operator/reply";
+/// For Foxglove and Lichtblick: derived_topics.hpp.
+inline constexpr char kHandTopic[] = "hand/live";
+inline constexpr char kSceneTopic[] = "estimate/scene";
 /// What clients publish to ask for something, JSON.
 inline constexpr char kRequestTopic[] = "operator/request";
 
-/// All of idl/topics.hpp in its order, then kStatusTopic and kReplyTopic. Ids begin at 1. Live topics, and
-/// requests between others, are read best effort: whatever becomes of the gateway, no writer waits for it.
+/// All of idl/topics.hpp in its order, then kStatusTopic, kReplyTopic, kHandTopic and kSceneTopic. Ids begin
+/// at 1. Live topics, and requests between others, are read best effort: whatever becomes of the gateway, no
+/// writer waits for it.
 [[nodiscard]] std::vector<OfferedTopic> offered_topics();
 
 /// The text of the .idl file that defines a type of the contract, "tonus::v1::RigState"; empty for any other.

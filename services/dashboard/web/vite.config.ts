@@ -3,7 +3,7 @@ import { join } from "node:path";
 import { brotliCompressSync, constants, gzipSync } from "node:zlib";
 import { defineConfig, type Plugin } from "vite";
 
-const pages = ["index", "results", "subject", "archive"];
+const pages = ["index", "results", "subject", "archive", "studies", "protocols"];
 
 /// Beside each file that compression makes smaller, the same one compressed: NAME.br and NAME.gz. The gateway gives them out.
 function compressed(): Plugin {

@@ -82,6 +82,8 @@ std::string facts_of(const OpenSession& session) {
   facts["plan"] = contract::message_json(content.plan);
   facts["state"] = content.state ? contract::message_json(*content.state) : json(nullptr);
   facts["is_whole"] = content.is_whole();
+  facts["notes"] = json::array();
+  for (const auto& note : content.notes) facts["notes"].push_back(contract::message_json(note.value));
   const bool is_described = !content.descriptions.empty();
   const v1::RigDescription none;
   const v1::RigDescription& rig = is_described ? content.descriptions.back().value : none;
@@ -95,7 +97,9 @@ std::string trials_text(const OpenSession& session) {
   for (const auto& trial : session.content.trials) {
     json object{{"attempt", trial.attempt}, {"trial_id", to_hex(trial.trial)}};
     object["outcome"] = trial.outcome ? contract::message_json(trial.outcome->value) : json(nullptr);
-    object["verdict"] = trial.verdict ? contract::message_json(trial.verdict->value) : json(nullptr);
+    const auto verdict = store::standing_verdict(trial);
+    object["verdict"] = verdict ? contract::message_json(*verdict) : json(nullptr);
+    object["review"] = trial.review ? contract::message_json(trial.review->value) : json(nullptr);
     object["program"] = trial.outcome   ? contract::message_json(trial.outcome->value.program())
                         : trial.command ? contract::message_json(trial.command->value.program())
                                         : json(nullptr);

@@ -113,7 +113,7 @@ class Trial:
 
     @property
     def is_valid(self) -> Optional[bool]:
-        """The verdict; None: there is none yet."""
+        """The verdict, an operator's rejection by hand included; None: there is none yet."""
         verdict = self._facts["verdict"]
         return None if verdict is None else bool(verdict["is_valid"])
 
@@ -124,8 +124,13 @@ class Trial:
 
     @property
     def verdict(self) -> Optional[dict[str, Any]]:
-        """Everything that the verdict says, by the names of the contract."""
+        """Everything that the verdict says, an operator's rejection by hand included, by the names of the contract."""
         return self._facts["verdict"]  # type: ignore[no-any-return]
+
+    @property
+    def review(self) -> Optional[dict[str, Any]]:
+        """An operator's word after the verdict (``is_rejected``, ``reason``, ``reviewed_by``, ...); None: there is none."""
+        return self._facts["review"]  # type: ignore[no-any-return]
 
     @property
     def rate(self) -> float:
@@ -255,6 +260,31 @@ class Session:
     def is_whole(self) -> bool:
         """True where the archive proves that it has every sample of every trial."""
         return bool(self._facts["is_whole"])
+
+    @property
+    def subject_facts(self) -> dict[str, Any]:
+        """What is known of the subject (``age_years``, ``sex``, ``handedness``, ``measured_arm``, ``height_m``, ...)."""
+        return self._facts["plan"]["subject_facts"]  # type: ignore[no-any-return]
+
+    @property
+    def operator(self) -> str:
+        """Who ran the session; empty: not known."""
+        return str(self._facts["plan"]["operator_name"])
+
+    @property
+    def study(self) -> str:
+        """The study that the session belongs to; empty: none."""
+        return str(self._facts["plan"]["study"])
+
+    @property
+    def is_pilot(self) -> bool:
+        """True for a rehearsal, which is no part of a study's results."""
+        return bool(self._facts["plan"]["is_pilot"])
+
+    @property
+    def notes(self) -> list[dict[str, Any]]:
+        """Notes and markers in the order of their writing (``kind``, ``text``, ``written_by``, ``rig_clock_ns``, ...)."""
+        return self._facts["notes"]  # type: ignore[no-any-return]
 
     @property
     def displacement_unit(self) -> str:

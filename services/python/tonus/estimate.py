@@ -48,11 +48,18 @@ class Ellipse:
         size: its area, pi l1 l2, in the square of the matrix's unit.
         shape: larger over smaller eigenvalue, 1 or more.
         orientation_deg: of the major axis from S's x axis, in (-90, 90].
+        size_ci95, shape_ci95, orientation_ci95_deg, curl_ci95: 95 % intervals ``(low, high)`` of these and of the
+            curl; NaN: not known. An orientation has none where a circle cannot be excluded, and an end of it may lie
+            beyond -90 or 90.
     """
 
     size: float
     shape: float
     orientation_deg: float
+    size_ci95: Tuple[float, float] = (np.nan, np.nan)
+    shape_ci95: Tuple[float, float] = (np.nan, np.nan)
+    orientation_ci95_deg: Tuple[float, float] = (np.nan, np.nan)
+    curl_ci95: Tuple[float, float] = (np.nan, np.nan)
 
 
 class Estimate:
@@ -117,6 +124,32 @@ class Estimate:
     def ci95(self) -> Parameters:
         """95 % intervals; the last axis is (low, high)."""
         return self._parameters(self._data.get("ci95"), interval=True)
+
+    @property
+    def covariance(self) -> Parameters:
+        """Covariances of the elements of each matrix, row by row, ``(axes**2, axes**2)``, and of X0, ``(axes, axes)``."""
+        found = self._data.get("covariance") or {}
+        size = self.axes ** 2
+
+        def of(key: str, n: int) -> Array:
+            return np.array(found[key], dtype=float) if key in found else np.full((n, n), np.nan)
+
+        return Parameters(of("M_kg2", size), of("B_N2s2_per_m2", size), of("K_N2_per_m2", size), of("X0_m2", self.axes))
+
+    @property
+    def known_bias(self) -> Parameters:
+        """Bias of the method in M, B and K, simulated at this estimate; :attr:`ci95` carries it. NaN: not simulated."""
+        found = self._data.get("known_bias") or {}
+
+        def of(key: str) -> Array:
+            return np.array(found[key], dtype=float) if found.get(key) is not None else np.full((self.axes,) * 2, np.nan)
+
+        return Parameters(of("M_kg"), of("B_Ns_per_m"), of("K_N_per_m"), np.full(self.axes, np.nan))
+
+    @property
+    def prior(self) -> str:
+        """Whose earlier estimate this one is combined with; empty: none."""
+        return str(self._data.get("prior", ""))
 
     @property
     def status(self) -> str:
@@ -206,7 +239,11 @@ class Estimate:
         if name not in ("M", "B", "K"):
             raise InvalidArgumentError(f"ellipse: {name!r} is not allowed; expected 'M', 'B' or 'K'")
         found = self._data.get("ellipses", {}).get(name)
-        return None if not found or "size" not in found else Ellipse(**found)
+        if not found or "size" not in found:
+            return None
+        numbers = {key: tuple(np.nan if end is None else float(end) for end in value) if isinstance(value, list)
+                   else value for key, value in found.items()}
+        return Ellipse(**numbers)
 
     def __repr__(self) -> str:
         units = self.units
@@ -233,6 +270,19 @@ _ELEMENTS: dict[int, dict[Tuple[int, ...], str]] = {2: {(0, 0): "xx", (0, 1): "x
 _SUFFIX = {"M": "_kg", "B": "_Ns_per_m", "K": "_N_per_m", "X0": "_m", "sigma": "_N"}
 
 
+def _ellipse_cells(name: str, ellipse: Optional[Ellipse]) -> dict[str, Any]:
+    """Columns of an ellipse's numbers; NaN where there is none."""
+    nan = (np.nan, np.nan)
+    numbers = {"size": (ellipse.size, ellipse.size_ci95), "shape": (ellipse.shape, ellipse.shape_ci95),
+               "orientation_deg": (ellipse.orientation_deg, ellipse.orientation_ci95_deg)} if ellipse else {
+                   key: (np.nan, nan) for key in ("size", "shape", "orientation_deg")}
+    cells: dict[str, Any] = {}
+    for key, (value, ends) in numbers.items():
+        cells[f"{name}_{key}"] = value
+        cells[f"{name}_{key}_low95"], cells[f"{name}_{key}_high95"] = ends
+    return cells
+
+
 def _cells(estimate: Estimate) -> dict[str, Any]:
     """Columns of one estimate's numbers."""
     cells: dict[str, Any] = {}
@@ -241,6 +291,8 @@ def _cells(estimate: Estimate) -> dict[str, Any]:
         value, error, ends = getattr(estimate, name), getattr(std, name), getattr(ci95, name)
         unit = _SUFFIX[name] if estimate.axes == 2 else ""
         places = np.ndindex(value.shape)
+        if name != "X0" and estimate.axes == 2:
+            cells.update(_ellipse_cells(name, estimate.ellipse(name)))
         for place in places:
             element = _ELEMENTS[estimate.axes][place] if name != "X0" else "xy"[place[0]]
             column = f"{name}_{element}" if estimate.axes == 2 else name
@@ -258,7 +310,8 @@ def table(estimates: Iterable[Estimate]) -> pd.DataFrame:
 
     Columns: ``participant session run posture x_m y_m bias_x_N bias_y_N set method model status reasons trials_used
     trials_rejected samples explained_share``, then each element with ``_std``, ``_low95`` and ``_high95``, its unit
-    at the end of the name: ``K_xx_N_per_m``, ``K_xx_std_N_per_m``. One-axis rigs have ``K``, ``K_std`` and ``K_unit``.
+    at the end of the name: ``K_xx_N_per_m``, ``K_xx_std_N_per_m``; of each ellipse ``K_size``, ``K_shape``,
+    ``K_orientation_deg`` with ``_low95`` and ``_high95``. One-axis rigs have ``K``, ``K_std`` and ``K_unit``.
     """
     rows = []
     for e in estimates:

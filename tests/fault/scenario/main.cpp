@@ -25,8 +25,12 @@ bool run(const testing::Scenario& scenario, const std::string& dds, const Option
   if (broken && broken->empty()) return std::puts("held"), true;
   std::printf("BROKEN\n%s\n", broken ? broken->c_str() : broken.error().message.c_str());
   if (broken && scenario.size() > 1) {
+    const auto breaks = [&dds](const testing::Scenario& shorter) {
+      const auto again = testing::run_scenario(shorter, dds);
+      return again && !again->empty();
+    };
     std::printf("shortest that breaks: --dds %s --scenario '%s'\n", dds.c_str(),
-                testing::to_text(testing::shrink(scenario, dds, options.shrinks)).c_str());
+                testing::to_text(testing::shrink(scenario, breaks, options.shrinks)).c_str());
   }
   return false;
 }

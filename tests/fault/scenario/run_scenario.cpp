@@ -4,6 +4,7 @@
 #include <csignal>
 #include <map>
 #include <spdlog/fmt/fmt.h>
+#include <stdexcept>
 
 #include "services/contract/names.hpp"
 #include "tests/fault/rig/live_system.hpp"
@@ -126,6 +127,8 @@ class Run {
       case Step::Act::kStop:
         if (system_.operate("stop") == 0) observer_.revoke("stop by the operator");
         return;
+      default:
+        throw std::invalid_argument("a step of simulated systems alone: " + to_text(Scenario{step}));
     }
   }
 

@@ -2,6 +2,7 @@
 
 #include <csignal>
 #include <fcntl.h>
+#include <fstream>
 #include <stdexcept>
 #include <sys/mman.h>
 #include <thread>
@@ -25,6 +26,14 @@ bool wait_until(Condition&& condition, std::chrono::seconds limit) {
   return true;
 }
 
+/// Gone, or a zombie that nobody has waited for yet.
+bool has_ended(pid_t process) {
+  std::ifstream file("/proc/" + std::to_string(process) + "/stat");
+  std::string line;
+  if (!std::getline(file, line)) return true;
+  return line.compare(line.rfind(')'), 3, ") Z") == 0;
+}
+
 }  // namespace
 
 std::int64_t monotonic_ns() {
@@ -46,7 +55,7 @@ WatchedAgent::WatchedAgent(const std::string& driver_options) : driver_options_(
 }
 
 WatchedAgent::~WatchedAgent() {
-  agent_.reset();
+  end();
   ::munmap(amplifier_, sizeof(Amplifier));
 }
 
@@ -62,10 +71,18 @@ void WatchedAgent::start() {
   if (!wait_until([&] { return amplifier_->written_ns > before || amplifier_->disabled_ns > before; },
                   kLimit))
     throw std::runtime_error("the agent writes no torque: " + printed());
+  watchdog_ = child_named(agent_->id(), "tonus-rig-watchdog");
+}
+
+// The watchdog sees by itself that its agent has ended.
+void WatchedAgent::end() {
+  agent_.reset();
+  if (watchdog_ != 0) (void)wait_until([this] { return has_ended(watchdog_); }, kLimit);
+  watchdog_ = 0;
 }
 
 void WatchedAgent::restart() {
-  agent_.reset();
+  end();
   start();
 }
 

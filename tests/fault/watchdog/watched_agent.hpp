@@ -20,7 +20,8 @@ struct Amplifier {
   std::atomic<double> torque[2];
 };
 
-/// A rig agent alone, with the example driver, whose amplifier is a file.
+/// A rig agent alone, with the example driver, whose amplifier is a file. It ends after its watchdog has, too:
+/// both have the file open.
 class WatchedAgent {
  public:
   /// Waits until the loop writes torque; throws std::runtime_error with what the agent printed.
@@ -39,11 +40,13 @@ class WatchedAgent {
 
  private:
   void start();
+  void end();
 
   const std::string driver_options_;
   int starts_ = 0;
   TemporaryFolder folder_;
   std::unique_ptr<Process> agent_;
+  pid_t watchdog_ = 0;
   Amplifier* amplifier_ = nullptr;
 };
 

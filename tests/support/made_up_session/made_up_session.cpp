@@ -7,6 +7,7 @@
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
+#include "services/contract/subject.hpp"
 #include "services/core/crc32c.hpp"
 #include "services/store/block_header.hpp"
 #include "services/store/wire.hpp"
@@ -107,6 +108,27 @@ class Writer {
     batch_.trials.push_back(record);
   }
 
+  void put_review(std::uint32_t attempt) {
+    v1::TrialReview review;
+    review.trial_id(trial_id(identification::testing::made_up_session(), attempt));
+    review.session_id(identification::testing::made_up_session());
+    review.attempt(attempt);
+    review.is_rejected(true);
+    review.reason("coughed");
+    review.reviewed_by("Ada");
+    put(topics::kTrialReview, review.trial_id(), review);
+  }
+
+  void put_notes() {
+    std::uint64_t number = 0;
+    for (v1::SessionNote note : recipe_.notes) {
+      note.note_id(id_of("note " + std::to_string(++number)));
+      note.session_id(identification::testing::made_up_session());
+      note.written_ns(recipe_.received_ns + number);
+      put(topics::kSessionNote, note.note_id(), note);
+    }
+  }
+
   /// What a service makes of the trials, with the rows as they were measured.
   void put_results() {
     identification::IdentificationCore core{identification::CoreSettings{}};
@@ -133,6 +155,12 @@ class Writer {
       for (int step = 0; step < 3; ++step) take(core.advance(now += std::chrono::seconds(1), true));
     }
     while (core.next_due(now) <= now) take(core.advance(now, true));
+    if (recipe_.reviewed_attempt > 0) {
+      put_review(recipe_.reviewed_attempt);
+      core.reject(trial_id(identification::testing::made_up_session(), recipe_.reviewed_attempt),
+                  recipe_.reviewed_attempt);
+      while (core.next_due(now) <= now) take(core.advance(now, true));
+    }
     for (auto& [id, estimate] : estimates) {
       if (recipe_.spoil_estimate) recipe_.spoil_estimate(estimate);
       put(topics::kEstimateCondition, id, estimate);
@@ -209,6 +237,8 @@ store::SessionRecord put_session(store::Store& store, SessionRecipe recipe) {
   plan.planned_trials(static_cast<std::uint32_t>(recipe.trials.size()));
   plan.started_at("2026-01-02T03:04:05Z");
   plan.software_version("0.1.0");
+  plan.subject_facts(contract::unknown_subject());
+  if (recipe.set_plan) recipe.set_plan(plan);
   writer.put(topics::kSessionPlan, session, plan);
   writer.put(topics::kRigDescription, description.rig_id(), description);
   for (const auto& trial : recipe.trials) {
@@ -221,6 +251,7 @@ store::SessionRecord put_session(store::Store& store, SessionRecipe recipe) {
     writer.put_outcome(outcome);
   }
   writer.put_results();
+  writer.put_notes();
   v1::SessionState state;
   state.session_id(session);
   state.phase(recipe.is_over ? v1::SESSION_COMPLETED : v1::SESSION_RUNNING);

@@ -9,6 +9,7 @@
 
 #include <idl/estimate.h>
 #include <idl/rig.h>
+#include <idl/session.h>
 #include <idl/trial.h>
 
 /// A whole session with trials of closed form, as an archive would hold it after a run.
@@ -20,7 +21,10 @@ namespace tonus::made_up {
 struct SessionRecipe {
   std::vector<identification::MeasuredTrial> trials;
   bool is_over = true;
-  std::uint32_t rejected_attempt = 0;                      ///< This one was broken off by the rig; 0: none.
+  std::uint32_t rejected_attempt = 0;  ///< This one was broken off by the rig; 0: none.
+  std::uint32_t reviewed_attempt = 0;  ///< An operator rejected this one by hand, after the last; 0: none.
+  std::vector<v1::SessionNote> notes;  ///< Of the session; ids and session are filled in.
+  std::function<void(v1::SessionPlan&)> set_plan;          ///< Before it is archived.
   std::function<void(v1::Estimate&)> spoil_estimate;       ///< Before it is archived.
   std::function<void(v1::TrialVerdict&)> spoil_verdict;    ///< Likewise.
   std::function<bool(std::uint64_t first)> is_block_lost;  ///< By its first sample.

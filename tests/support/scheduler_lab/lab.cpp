@@ -2,6 +2,8 @@
 
 #include <algorithm>
 
+#include "services/contract/subject.hpp"
+
 namespace tonus::scheduler::testing {
 
 const Id Lab::kSession = id_of("session of the test");
@@ -106,6 +108,8 @@ void Lab::take_records_only(const Effects& effects) {
 
 void Lab::receive(const Message& message) {
   if (const auto* m = std::get_if<v1::SessionPlan>(&message)) plans.push_back(*m);
+  if (const auto* m = std::get_if<v1::TrialReview>(&message)) reviews.push_back(*m);
+  if (const auto* m = std::get_if<v1::SessionNote>(&message)) notes.push_back(*m);
   if (const auto* m = std::get_if<v1::SessionState>(&message)) states.push_back(*m);
   if (const auto* m = std::get_if<v1::SessionReply>(&message)) replies.push_back(*m);
   if (const auto* m = std::get_if<v1::SessionCue>(&message)) cues.push_back(*m);
@@ -214,8 +218,33 @@ void Lab::command(v1::SessionRequest request, const std::string& request_name, c
   c.request(request);
   c.protocol_toml(protocol);
   c.subject("s01");
+  c.subject_facts(contract::unknown_subject());
   c.seed(7);
   c.requested_by("test");
+  take(machine_->on_command(c));
+}
+
+void Lab::reject(std::uint32_t attempt, const std::string& request_name, const std::string& text) {
+  v1::SessionCommand c;
+  c.session_id(kSession);
+  c.request_id(id_of(request_name));
+  c.request(v1::SESSION_REJECT_TRIAL);
+  c.trial_id(trial_id(kSession, attempt));
+  c.text(text);
+  c.requested_by("Ada");
+  take(machine_->on_command(c));
+}
+
+void Lab::note(const std::string& text, const std::string& request_name, const std::string& kind,
+               std::uint32_t attempt) {
+  v1::SessionCommand c;
+  c.session_id(kSession);
+  c.request_id(id_of(request_name));
+  c.request(v1::SESSION_NOTE);
+  if (attempt > 0) c.trial_id(trial_id(kSession, attempt));
+  c.text(text);
+  c.note_kind(kind);
+  c.requested_by("Ada");
   take(machine_->on_command(c));
 }
 
@@ -251,6 +280,7 @@ std::map<std::uint32_t, int> counted_trials(const std::vector<Record>& records) 
       planned[r->program.attempt()] = r->program.planned_index();
     }
     if (const auto* r = std::get_if<record::Counted>(&entry)) ++counted[planned.at(r->attempt)];
+    if (const auto* r = std::get_if<record::Reviewed>(&entry)) --counted[r->planned_index];
   }
   return counted;
 }

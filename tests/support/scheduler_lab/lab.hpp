@@ -67,6 +67,10 @@ class Lab {
   /// ends.
   bool run_to_end();
 
+  /// Rejects attempt `attempt` by hand.
+  void reject(std::uint32_t attempt, const std::string& request_name, const std::string& text = "coughed");
+  void note(const std::string& text, const std::string& request_name, const std::string& kind = "note",
+            std::uint32_t attempt = 0);
   void command(v1::SessionRequest request, const std::string& request_name, const std::string& protocol = "");
   void tick(std::chrono::milliseconds duration);
   [[nodiscard]] v1::SessionPhase phase() const { return machine_->state().phase(); }
@@ -86,6 +90,8 @@ class Lab {
   std::vector<v1::SessionReply> replies;
   std::vector<v1::SessionCue> cues;
   std::vector<v1::SessionPlan> plans;
+  std::vector<v1::TrialReview> reviews;
+  std::vector<v1::SessionNote> notes;
   std::vector<v1::TrialCommand> trial_commands;
   std::vector<v1::RigCommand> rig_commands;
   std::map<Id, int> runs;  ///< How often the rig ran each trial id.

@@ -14,9 +14,14 @@ export const keepToken = (secret: string): void => sessionStorage.setItem(KEY, s
 export const forgetToken = (): void => sessionStorage.removeItem(KEY);
 
 /// GET with the token; an error carries the gateway's message.
-export async function get(path: string): Promise<Response> {
+export const get = (path: string): Promise<Response> => ask(path, {});
+
+/// POST of a text, likewise.
+export const post = (path: string, body: string): Promise<Response> => ask(path, { method: "POST", body });
+
+async function ask(path: string, request: RequestInit): Promise<Response> {
   const secret = token();
-  const response = await fetch(path, { headers: secret ? { Authorization: `Bearer ${secret}` } : {} });
+  const response = await fetch(path, { ...request, headers: secret ? { Authorization: `Bearer ${secret}` } : {} });
   if (response.ok) return response;
   let why = `${response.status} ${response.statusText}`;
   try {

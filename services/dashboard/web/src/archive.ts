@@ -4,16 +4,20 @@ import { get, getJson, token } from "./access";
 import { filtered, newestOf, sorted, type SessionEntry, type SortKey } from "./archive_lists";
 import { ComparisonView } from "./comparison_view";
 import { Connection } from "./connection";
-import type { Estimate, SessionPlan, SessionState, TrialVerdict } from "./contract";
+import type { Estimate, SessionNote, SessionPlan, SessionState, TrialOutcome, TrialReview, TrialVerdict } from "./contract";
 import { el, panel, setText } from "./dom";
+import { ExportPanel } from "./export_panel";
+import { fitFor } from "./fit_choice";
 import { groupReports, type Report, type ReportFile } from "./reports";
 import { archivedMessages } from "./framed_messages";
 import { endNames, hex, nameOf, sessionPhaseNames } from "./names";
+import { noteRow } from "./remarks";
 import { MOST_COMPARED, type ComparedSession } from "./overlay";
 import { ResultsView } from "./results_view";
 import { buildShell } from "./shell";
 import { courseNote, TrialChart } from "./trial_chart";
 import type { Course } from "./trial_recorder";
+import { isRejected, keepNewest, limitsIn, verdictWhy, verdictWord } from "./trial_words";
 
 interface Certificate {
   expected: number;
@@ -25,7 +29,7 @@ interface Certificate {
 
 interface SessionDetail extends SessionEntry {
   certificate: Certificate;
-  trials: { attempt: number; posture: string; end: number; is_certified: boolean; certificate: Certificate }[];
+  trials: { trial_id: string; attempt: number; posture: string; end: number; is_certified: boolean; certificate: Certificate }[];
 }
 
 /// As services/dashboard/gateway/trial_course.hpp gives them.
@@ -40,11 +44,11 @@ const { main, say } = buildShell(connection, "/archive");
 const view = new ResultsView({ say });
 
 const columns: readonly [SortKey, string][] = [
-  ["started_at", "Started (UTC)"], ["subject", "Subject"], ["protocol", "Protocol"], ["planned_trials", "Trials"], ["session_id", "Session"],
+  ["started_at", "Started (UTC)"], ["subject", "Subject"], ["protocol", "Protocol"], ["planned_trials", "Trials"], ["state", "State"], ["session_id", "Session"],
 ];
 const order = { key: "started_at" as SortKey, isDescending: true };
 let entries: SessionEntry[] = [];
-let shown: { id: string; estimates: Estimate[] } | undefined;
+let shown: { id: string; estimates: Estimate[]; outcomes: TrialOutcome[] } | undefined;
 let chosen: string[] = []; // sessions to compare with the one that is shown
 
 const sessionBody = el("tbody", { id: "sessions" });
@@ -65,9 +69,13 @@ const trialBody = el("tbody", { id: "trials" });
 const trialFilter = el(
   "select",
   { id: "trial-filter" },
-  ...[["all", "all trials"], ["valid", "valid ones"], ["rejected", "rejected ones"], ["none", "without verdict"]].map(([value, name]) => el("option", { value: value! }, name!)),
+  ...[["all", "all trials"], ["valid", "valid ones"], ["rejected", "rejected ones"], ["by-hand", "rejected by hand"], ["none", "without verdict"]].map(([value, name]) => el("option", { value: value! }, name!)),
 );
 trialFilter.addEventListener("change", () => showTrials());
+const noteBody = el("tbody", { id: "notes" });
+const noteTable = listTable(["Time (UTC)", "Trial", "Note", "By"], noteBody);
+noteTable.hidden = true;
+const exports = new ExportPanel({ say, changed: () => void loadReports() });
 const comparison = new ComparisonView();
 const ofSubject = el("button", { type: "button", id: "compare-subject" }, "Compare with this subject's others");
 ofSubject.addEventListener("click", () => compareSubject());
@@ -78,13 +86,14 @@ const detail = panel(
   "session-detail",
   facts,
   el("div", { class: "row" }, el("label", {}, "Trials", trialFilter), ofSubject, compareNone),
+  noteTable,
   listTable(["Trial", "Posture", "End", "Verdict", "Samples", "Certified"], trialBody),
 );
 let chart = new TrialChart("Trial", "archived-trial");
 chart.root.hidden = true;
 const again = el("button", { type: "button", id: "reload" }, "Read again");
 again.addEventListener("click", () => void load());
-main.append(el("div", { class: "row" }, again), el("div", { class: "columns wide" }, sessions.root, reports.root), detail.root, chart.root, comparison.root, view.root);
+main.append(el("div", { class: "row" }, again), sessions.root, el("div", { class: "columns wide" }, exports.root, reports.root), detail.root, chart.root, comparison.root, view.root);
 view.root.hidden = true;
 
 function sortHead(key: SortKey, name: string): HTMLElement {
@@ -97,6 +106,9 @@ function sortHead(key: SortKey, name: string): HTMLElement {
   });
   return head;
 }
+
+/// "completed, pilot".
+const stateText = ({ state, is_pilot }: SessionEntry): string => [state ?? "not known", ...(is_pilot ? ["pilot"] : [])].join(", ");
 
 /// To the minute.
 const timeText = (iso: string): string => iso.slice(0, 16).replace("T", " ");
@@ -144,6 +156,7 @@ function sessionRow(entry: SessionEntry): HTMLElement {
     el("td", {}, entry.subject),
     el("td", {}, entry.protocol),
     el("td", { class: "number" }, String(entry.planned_trials)),
+    el("td", {}, stateText(entry)),
     el("td", {}, open),
     el("td", {}, chooser(entry)),
   );
@@ -221,6 +234,10 @@ async function show(id: string): Promise<void> {
     const verdicts = await messages<TrialVerdict>(base, "trial/verdict", "trial/verdict", "TrialVerdict");
     const estimates = await messages<Estimate>(base, "estimate/history", "estimate/condition", "Estimate");
     const [state] = await messages<SessionState>(base, "session/state", "session/state", "SessionState");
+    const outcomes = await messages<TrialOutcome>(base, "trial/outcome", "trial/outcome", "TrialOutcome");
+    const reviews = new Map<string, TrialReview>();
+    for (const review of await messages<TrialReview>(base, "trial/review", "trial/review", "TrialReview")) keepNewest(reviews, hex(review.trial_id), review);
+    const notes = await messages<SessionNote>(base, "session/note", "session/note", "SessionNote");
     const byAttempt = new Map(verdicts.map((verdict) => [verdict.attempt, verdict]));
     const c = found.certificate;
     setText(
@@ -230,11 +247,13 @@ async function show(id: string): Promise<void> {
         `${found.trials.length} trials; samples: ${c.expected} expected, ${c.received} received, ${c.resent} resent, ${c.missing} missing.`,
     );
     facts.dataset["session"] = id;
-    trials = found.trials.map((trial) => ({ trial, verdict: byAttempt.get(trial.attempt) }));
+    trials = found.trials.map((trial) => ({ trial, verdict: byAttempt.get(trial.attempt), review: reviews.get(trial.trial_id) }));
+    showNotes(notes);
+    exports.showSession(id);
     shownTrial = 0;
     chart.root.hidden = true;
     showTrials();
-    shown = { id, estimates };
+    shown = { id, estimates, outcomes };
     chosen = chosen.filter((other) => other !== id);
     showList();
     void compare();
@@ -251,12 +270,23 @@ async function show(id: string): Promise<void> {
 }
 
 let shownTrial = 0; // attempt; 0: none
-let trials: { trial: SessionDetail["trials"][number]; verdict?: TrialVerdict }[] = [];
+interface ShownTrial {
+  trial: SessionDetail["trials"][number];
+  verdict?: TrialVerdict;
+  review?: TrialReview;
+}
+let trials: ShownTrial[] = [];
+
+function showNotes(notes: readonly SessionNote[]): void {
+  const attempts = new Map(trials.map(({ trial }) => [trial.trial_id, trial.attempt]));
+  noteTable.hidden = notes.length === 0;
+  noteBody.replaceChildren(...notes.map((note) => noteRow(note, attempts.get(hex(note.trial_id)))));
+}
 
 function showTrials(): void {
-  const kindOf = (verdict?: TrialVerdict): string => (!verdict ? "none" : verdict.is_valid ? "valid" : "rejected");
-  const wanted = trials.filter(({ verdict }) => trialFilter.value === "all" || kindOf(verdict) === trialFilter.value);
-  trialBody.replaceChildren(...wanted.map(({ trial, verdict }) => trialRow(trial, verdict)));
+  const kindOf = ({ verdict, review }: ShownTrial): string => (!verdict ? "none" : review?.is_rejected ? "by-hand rejected" : isRejected(verdict, review) ? "rejected" : "valid");
+  const wanted = trials.filter((trial) => trialFilter.value === "all" || kindOf(trial).split(" ").includes(trialFilter.value));
+  trialBody.replaceChildren(...wanted.map(trialRow));
 }
 
 /// The newest estimates of the open session and of the chosen ones.
@@ -282,12 +312,12 @@ async function session(id: string, known?: Estimate[]): Promise<ComparedSession>
 }
 
 /// One trial's displacement and force about its onset, over those of the trials before it.
-async function showTrial(trial: SessionDetail["trials"][number], verdict?: TrialVerdict): Promise<void> {
+async function showTrial({ trial, verdict, review }: ShownTrial): Promise<void> {
   const id = shown?.id;
   shownTrial = trial.attempt;
   showTrials();
   trialBody.querySelector<HTMLElement>(`[data-trial="${trial.attempt}"]`)?.focus();
-  const text = [trial.posture, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "without verdict"].filter((part) => part !== "").join(", ");
+  const text = [trial.posture, verdict ? wordAndWhy(verdict, review) : "without verdict"].filter((part) => part !== "").join(", ");
   const drawn = new TrialChart("Trial", "archived-trial"); // with ranges of its own
   chart.root.replaceWith(drawn.root);
   chart = drawn;
@@ -298,24 +328,31 @@ async function showTrial(trial: SessionDetail["trials"][number], verdict?: Trial
     const [course, ...before] = found.courses.map((one): Course => ({ times: one.times_s, displacement: one.displacement, force: one.force }));
     const missing = found.courses[0]?.missing ?? 0;
     const lost = missing > 0 ? ` ${missing} samples of this trial are missing.` : "";
-    drawn.show({ attempt: trial.attempt, text, course, note: courseNote(before.length) + lost }, before, { displacement: found.displacement_unit, force: found.force_unit });
+    const program = shown?.outcomes.find((outcome) => outcome.program.attempt === trial.attempt)?.program;
+    const fit = course && program && fitFor(newestOf(shown?.estimates ?? [], (estimate) => hex(estimate.estimate_id)), program, course);
+    const excursion = found.displacement_unit === "m" ? limitsIn(verdict?.detail ?? "").excursion_m : undefined;
+    drawn.show({ attempt: trial.attempt, text, course, excursion, fit, note: courseNote(before.length) + lost }, before, { displacement: found.displacement_unit, force: found.force_unit });
   } catch (error) {
     drawn.show({ attempt: trial.attempt, text, note: (error as Error).message }, [], units);
   }
 }
 
-function trialRow(trial: SessionDetail["trials"][number], verdict?: TrialVerdict): HTMLElement {
+const wordAndWhy = (verdict: TrialVerdict, review?: TrialReview): string =>
+  isRejected(verdict, review) ? `${verdictWord(verdict, review)}: ${verdictWhy(verdict, review)}` : verdictWord(verdict, review);
+
+function trialRow(one: ShownTrial): HTMLElement {
+  const { trial, verdict, review } = one;
   const c = trial.certificate;
   const isShown = trial.attempt === shownTrial;
   const open = el("button", { type: "button", class: "sort", title: "Show this trial below", "data-trial": trial.attempt, "aria-pressed": String(isShown) }, String(trial.attempt));
-  open.addEventListener("click", () => void showTrial(trial, verdict));
+  open.addEventListener("click", () => void showTrial(one));
   return el(
     "tr",
     { class: isShown ? "chosen" : undefined },
     el("td", {}, open),
     el("td", {}, trial.posture),
     el("td", {}, nameOf(endNames, trial.end)),
-    el("td", { class: verdict?.is_valid ? "good" : "bad", title: verdict?.detail }, verdict ? (verdict.is_valid ? "valid" : `rejected: ${verdict.detail}`) : "none"),
+    el("td", { class: verdict && !isRejected(verdict, review) ? "good" : "bad", title: verdict?.detail }, verdict ? wordAndWhy(verdict, review) : "none"),
     el("td", { class: c.missing > 0 ? "number bad" : "number" }, `${c.received} of ${c.expected}`),
     el("td", {}, trial.is_certified ? "yes" : "no"),
   );

@@ -11,15 +11,18 @@ export interface SessionEntry {
   planned_trials: number;
   started_at: string;
   software_version: string;
+  study: string;
+  is_pilot: boolean;
+  state: string | null;
 }
 
-export type SortKey = "started_at" | "subject" | "protocol" | "planned_trials" | "session_id";
+export type SortKey = "started_at" | "subject" | "protocol" | "planned_trials" | "state" | "session_id";
 
 /// Sessions in which every word of the filter occurs, in any of their fields, whatever the case.
 export function filtered(sessions: readonly SessionEntry[], filter: string): SessionEntry[] {
   const words = filter.toLowerCase().split(/\s+/).filter((word) => word !== "");
   return sessions.filter((session) => {
-    const text = [session.session_id, session.subject, session.protocol, session.started_at, session.software_version, `seed ${session.seed}`].join(" ").toLowerCase();
+    const text = [session.session_id, session.subject, session.protocol, session.started_at, session.software_version, session.study, session.state ?? "", session.is_pilot ? "pilot" : "", `seed ${session.seed}`].join(" ").toLowerCase();
     return words.every((word) => text.includes(word));
   });
 }

@@ -1,53 +1,34 @@
-// Size, shape, orientation and curl of a matrix with their 95 % intervals. The values are the estimate's own; the intervals
-// are of first order in the elements' standard errors, which are taken as independent, with the quantile of the elements' own
-// intervals.
+// Size, shape, orientation and curl of a matrix with their 95 % intervals, as the estimate has them.
 
 import type { MatrixEstimate } from "./contract";
-import { quantileOf } from "./matrices";
 
 /// As analysis_service/impedance/ellipse.hpp defines them: size pi l1 l2 (unit squared), shape l2/l1, orientation of l2's
 /// eigenvector in deg, curl |za| / sqrt(l1 l2).
-export interface EllipseNumbers {
-  size: number;
-  shape: number;
-  orientation_deg: number;
-  curl: number;
-}
-
 export const ellipseNumberNames = ["size", "shape", "orientation_deg", "curl"] as const;
+export type EllipseNumber = (typeof ellipseNumberNames)[number];
 
-/// Of the elements xx, xy, yx, yy; undefined where the symmetric part is not positive definite.
-export function numbersOfElements([xx, xy, yx, yy]: readonly [number, number, number, number]): EllipseNumbers | undefined {
-  const off = (xy + yx) / 2;
-  const root = Math.hypot(xx - yy, 2 * off);
-  const major = (xx + yy + root) / 2;
-  const minor = (xx * yy - off * off) / major;
-  if (!(major > 0) || !(minor > 0)) return undefined;
-  return {
-    size: Math.PI * minor * major,
-    shape: major / minor,
-    orientation_deg: (90 / Math.PI) * Math.atan2(2 * off, xx - yy),
-    curl: Math.abs(xy - yx) / 2 / Math.sqrt(minor * major),
+/// Low and high; undefined where it is not known.
+export function intervalOf(matrix: MatrixEstimate, name: EllipseNumber): [number, number] | undefined {
+  const intervals: Record<EllipseNumber, [number, number]> = {
+    size: [matrix.size_low95, matrix.size_high95],
+    shape: [matrix.shape_low95, matrix.shape_high95],
+    orientation_deg: [matrix.orientation_low95_deg, matrix.orientation_high95_deg],
+    curl: [matrix.curl_low95, matrix.curl_high95],
   };
+  return intervals[name].every(Number.isFinite) ? intervals[name] : undefined;
 }
 
-/// Half widths of the 95 % intervals; NaN where an error is not known or the number has no derivative there.
-export function halfWidthsOf(matrix: MatrixEstimate): EllipseNumbers {
-  const sums: EllipseNumbers = { size: 0, shape: 0, orientation_deg: 0, curl: 0 };
-  const value = [0, 1, 2, 3].map((i) => matrix.value[i]!);
-  const scale = Math.max(...value.map(Math.abs));
-  const step = 1e-5 * scale;
-  for (const i of [0, 1, 2, 3]) {
-    const [above, below] = [step, -step].map((by) => numbersOfElements(value.map((v, j) => (j === i ? v + by : v)) as [number, number, number, number]));
-    for (const name of ellipseNumberNames) {
-      let change = above && below ? above[name] - below[name] : NaN;
-      if (name === "orientation_deg") change -= 180 * Math.round(change / 180);
-      sums[name] += ((change / (2 * step)) * matrix.standard_error[i]!) ** 2;
-    }
-  }
-  const quantile = quantileOf(matrix);
-  for (const name of ellipseNumberNames) sums[name] = quantile * Math.sqrt(sums[name]);
-  return sums;
+const MOST_DECIMALS = 6;
+const USUAL_DIGITS = 4;
+
+/// "0.84 [0.79, 0.90]", with two digits of the interval's half width; the value alone where there is no interval.
+export function withInterval(value: number, interval: [number, number] | undefined): string {
+  if (!Number.isFinite(value)) return "–";
+  if (!interval) return value.toPrecision(USUAL_DIGITS);
+  const half = (interval[1] - interval[0]) / 2;
+  const decimals = half > 0 ? Math.max(0, Math.min(MOST_DECIMALS, 1 - Math.floor(Math.log10(half)))) : USUAL_DIGITS;
+  const [shown, low, high] = [value, ...interval].map((number) => number.toFixed(decimals));
+  return `${shown} [${low}, ${high}]`;
 }
 
 /// Half of the widest 95 % interval of an element, as a share of the largest element: how well the matrix is known.

@@ -2,8 +2,8 @@
 
 import { EstimateStatus, type Estimate } from "./contract";
 import { el } from "./dom";
-import { ellipseNumberNames, halfWidthsOf, relativeHalfWidth } from "./ellipse_numbers";
-import { conditionOf, elementsOf, matrixNames, matrixOf, postureOf, toneClass, unitOf, withError, type MatrixName } from "./matrices";
+import { ellipseNumberNames, intervalOf, relativeHalfWidth, withInterval } from "./ellipse_numbers";
+import { conditionOf, elementsOf, matrixNames, matrixOf, postureOf, toneClass, unitOf, type MatrixName } from "./matrices";
 import { colourOf, keyOf } from "./posture_style";
 
 export function ellipseTable(body: HTMLElement): HTMLElement {
@@ -30,10 +30,9 @@ function ellipseRow(estimate: Estimate, name: MatrixName): HTMLElement {
     const why = estimate.status === EstimateStatus.ESTIMATE_UNDETERMINED ? "undetermined" : "no ellipse: the symmetric part is not positive definite";
     return el("tr", {}, ...heads, el("td", { class: "faint", colspan: 4 }, why));
   }
-  const half = halfWidthsOf(matrix);
   const unit = unitOf(estimate, name);
   const units: Record<string, string> = { size: unit.includes(" ") || unit.includes("/") ? ` (${unit})²` : ` ${unit}²`, shape: "", orientation_deg: "", curl: "" };
-  const cells = ellipseNumberNames.map((number) => el("td", { class: "number" }, withError(matrix[number], half[number]) + units[number]!));
+  const cells = ellipseNumberNames.map((number) => el("td", { class: "number" }, withInterval(matrix[number], intervalOf(matrix, number)) + units[number]!));
   return el("tr", {}, ...heads, ...cells);
 }
 

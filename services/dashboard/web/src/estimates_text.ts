@@ -1,7 +1,7 @@
 // Estimates as lines of text, for spreadsheets and programs.
 
 import type { Estimate } from "./contract";
-import { ellipseNumberNames, halfWidthsOf } from "./ellipse_numbers";
+import { ellipseNumberNames, intervalOf } from "./ellipse_numbers";
 import { conditionOf, elementNames, matrixNames, matrixOf } from "./matrices";
 import { hex, nameOf, statusNames } from "./names";
 
@@ -23,18 +23,18 @@ const heads = [
     elementNames.flatMap((name) => ["", "_se", "_low95", "_high95"].map((what) => `${matrix}_${name}${what}`)),
   ),
   ...["M", "B", "K"].flatMap((matrix) =>
-    ["size_unit2", "shape", "orientation_deg", "curl"].flatMap((name) => [`${matrix}_${name}`, `${matrix}_${name}_half95`]),
+    ["size_unit2", "shape", "orientation_deg", "curl"].flatMap((name) => [`${matrix}_${name}`, `${matrix}_${name}_low95`, `${matrix}_${name}_high95`]),
   ),
   "spring_x_m", "spring_y_m", "sigma_x_N", "sigma_y_N", "displacement_unit", "force_unit",
 ];
 
-/// Size, shape, orientation and curl with their half widths; empty where the matrix has no ellipse.
+/// Size, shape, orientation and curl with their 95 % intervals; empty where the matrix has no ellipse, and where an
+/// interval is not known.
 function ellipseFields(estimate: Estimate): (string | number)[] {
   return matrixNames.flatMap((name): (string | number)[] => {
     const matrix = matrixOf(estimate, name);
-    if (!matrix.has_ellipse) return ellipseNumberNames.flatMap(() => ["", ""]);
-    const half = halfWidthsOf(matrix);
-    return ellipseNumberNames.flatMap((number) => [matrix[number], half[number]]);
+    if (!matrix.has_ellipse) return ellipseNumberNames.flatMap(() => ["", "", ""]);
+    return ellipseNumberNames.flatMap((number) => [matrix[number], ...(intervalOf(matrix, number) ?? ["", ""])]);
   });
 }
 

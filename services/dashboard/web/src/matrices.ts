@@ -46,8 +46,8 @@ export function ellipseOf(matrix: MatrixEstimate): Ellipse | undefined {
   return { major: Math.max(one, other), minor: Math.min(one, other), angle: (matrix.orientation_deg * Math.PI) / 180 };
 }
 
-/// Ellipses with each semi-axis at the ends of its 95 % interval. First order in the elements' standard errors,
-/// which are taken as independent; the quantile is the one that the elements' own intervals were made with.
+/// Ellipses with each semi-axis at the ends of its 95 % interval. First order in the elements' errors, with
+/// their covariance where it is known, else taken as independent; the quantile is the one that the elements' own intervals were made with.
 export function bandOf(matrix: MatrixEstimate): { inner: Ellipse; outer: Ellipse } | undefined {
   const ellipse = ellipseOf(matrix);
   if (!ellipse) return undefined;
@@ -55,7 +55,7 @@ export function bandOf(matrix: MatrixEstimate): { inner: Ellipse; outer: Ellipse
   const spread = (angle: number): number => {
     const [c, s] = [Math.cos(angle), Math.sin(angle)];
     const weights = [c * c, c * s, c * s, s * s];
-    return quantile * Math.hypot(...weights.map((weight, i) => weight * matrix.standard_error[i]!));
+    return quantile * Math.sqrt(variance(matrix, weights));
   };
   const major = spread(ellipse.angle);
   const minor = spread(ellipse.angle + Math.PI / 2);
@@ -68,6 +68,13 @@ export function bandOf(matrix: MatrixEstimate): { inner: Ellipse; outer: Ellipse
     },
     outer: { major: ellipse.major + major, minor: ellipse.minor + minor, angle: ellipse.angle },
   };
+}
+
+/// Of a weighted sum of the elements.
+function variance({ covariance, standard_error }: MatrixEstimate, weights: readonly number[]): number {
+  const isKnown = covariance.every(Number.isFinite) && covariance.some((value) => value !== 0);
+  const sum = weights.reduce((all, a, i) => all + weights.reduce((row, b, j) => row + a * b * (isKnown ? covariance[4 * i + j]! : i === j ? standard_error[i]! ** 2 : 0), 0), 0);
+  return Math.max(0, sum);
 }
 
 /// Of the 95 % intervals: half width over standard error.

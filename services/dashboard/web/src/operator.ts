@@ -1,29 +1,38 @@
 // The operator's page: the controls, the running session, and the services.
 
+import { AuxiliaryTrace } from "./auxiliary_trace";
 import { Connection } from "./connection";
 import {
   RigMode,
   SessionPhase,
+  type AuxiliaryBlock,
+  type Estimate,
   type RigDescription,
   type SampleBlock,
+  type SessionNote,
   type SessionState,
   type TrialOutcome,
   type TrialProgram,
+  type TrialReview,
   type TrialVerdict,
 } from "./contract";
 import { Controls } from "./controls";
 import { reasonsAgainst, stripOf } from "./desk_state";
 import { el, facts, panel, setText, type Fact } from "./dom";
+import { fitFor } from "./fit_choice";
 import { Fresh, ageText, duration } from "./freshness";
 import { robotFrame } from "./geometry";
 import type { GatewayStatus } from "./gateway_messages";
 import { hex, isActive, nameOf, sessionPhaseNames } from "./names";
+import { Remarks } from "./remarks";
 import { Roster } from "./roster";
 import { buildShell } from "./shell";
 import { StartForm } from "./start_form";
 import { Trace } from "./trace";
+import { remarkReason, TrialActions } from "./trial_actions";
 import { TrialChart } from "./trial_chart";
 import { TrialRecorder, type Course } from "./trial_recorder";
+import { isRejected, limitsIn, verdictWord } from "./trial_words";
 import { Trials } from "./trials";
 
 const REFRESH_MS = 250;
@@ -34,6 +43,8 @@ const { main, say, desk } = buildShell(connection, "/");
 const roster = new Roster(desk.presence);
 const trials = new Trials();
 const trace = new Trace();
+const auxiliary = new AuxiliaryTrace();
+let hasAuxiliary = false;
 const recorder = new TrialRecorder();
 const trialChart = new TrialChart();
 let drawnTrial = "";
@@ -48,6 +59,10 @@ const progress = el("progress", { id: "progress", max: 1, value: 0, "aria-label"
 const controls = new Controls({ ask: (request) => void ask(request, request === "clear_fault" ? holdSeen() : {}), say });
 const sessionPanel = panel("Session", "session", controls.root, phase, progress, counts);
 const startForm = new StartForm({ ask, say });
+const remarks = new Remarks({ ask, say });
+const trialActions = new TrialActions({ ask, say });
+trialChart.root.querySelector("header")!.after(trialActions.root);
+const estimates = new Map<string, Estimate>();
 const tracePanel = panel("Hand and force", "trace-panel", trace.root);
 
 main.append(
@@ -55,7 +70,7 @@ main.append(
     "div",
     { class: "operator" },
     el("div", {}, sessionPanel.root, startForm.root, trials.current.root, roster.root),
-    el("div", {}, tracePanel.root, trialChart.root, trials.verdicts.root),
+    el("div", {}, tracePanel.root, auxiliary.root, remarks.root, trialChart.root, trials.verdicts.root),
   ),
 );
 
@@ -78,11 +93,20 @@ const holdSeen = (): { hold_number: number } => ({ hold_number: desk.rig.value?.
 // Subscriptions
 
 connection.subscribe<SessionState>("session/state", () => {
-  if (desk.session.value) trials.showSession(hex(desk.session.value.session_id));
+  if (!desk.session.value) return;
+  trials.showSession(hex(desk.session.value.session_id));
+  remarks.showSession(hex(desk.session.value.session_id));
 });
 connection.subscribe<TrialVerdict>("trial/verdict", ({ value }) => trials.verdict(value));
+connection.subscribe<TrialReview>("trial/review", ({ value }) => trials.review(value));
+connection.subscribe<SessionNote>("session/note", ({ value }) => {
+  remarks.add(value);
+  trace.addNote(value);
+});
+connection.subscribe<Estimate>("estimate/condition", ({ value }) => estimates.set(hex(value.estimate_id), value));
 connection.subscribe<TrialOutcome>("trial/outcome", ({ value }) => {
   trials.outcome(value);
+  remarks.trial(hex(value.trial_id), value.program.attempt);
   const shown = desk.session.value;
   if (shown && hex(value.program.session_id) === hex(shown.session_id)) trace.setTrial(value.program);
 });
@@ -93,6 +117,12 @@ connection.subscribe<{ program: TrialProgram }>("trial/command", ({ value }) => 
 connection.subscribe<RigDescription>("rig/description", ({ value }) => {
   trace.setRig(value);
   trials.setRig(value);
+  auxiliary.setRig(value);
+  // Asked for only where there are any: what nobody looks at is not sent.
+  if (value.auxiliary_channels.length > 0 && !hasAuxiliary) {
+    hasAuxiliary = true;
+    connection.subscribe<AuxiliaryBlock>("rig/auxiliary", (arrival) => auxiliary.add(arrival.value));
+  }
 });
 connection.subscribe<GatewayStatus>("gateway/status", (arrival) => gateway.set(arrival));
 connection.subscribe<SampleBlock>("rig/samples", (arrival) => {
@@ -135,7 +165,9 @@ function showSession(): void {
   progress.value = state?.counted ?? 0;
   facts(counts, sessionFacts(state));
   controls.show(view, strip.next);
-  startForm.show(reasonsAgainst(view).start, strip.next === "start");
+  const reasons = reasonsAgainst(view);
+  startForm.show(reasons.start, strip.next === "start");
+  remarks.allow(remarkReason(reasons));
   // A session's state changes when something happens: its age is no fault.
   setText(sessionPanel.age, state ? `changed: ${ageText(desk.session.age)}` : "");
 }
@@ -149,19 +181,23 @@ function showTrial(): void {
   showAge(tracePanel.age, samples.age, isInTrial ? 1 : Infinity);
 }
 
-/// Drawn anew only where another trial is shown, or its onset has become known.
+/// Drawn anew only where another trial is shown, it is reviewed, or its onset or an estimate has become known.
 function showLastTrial(): void {
   const found = trials.shown();
   const id = found ? hex(found.verdict.trial_id) : "none";
+  const settled = found && isRejected(found.verdict, found.review) ? "it is rejected already" : "";
+  trialActions.show(found && { id, attempt: found.verdict.attempt, settled }, remarkReason(reasonsAgainst(desk.view())));
   const course = found && recorder.course(id);
-  const key = `${id} ${course ? course.times.length : 0}`;
+  const fitted = course && found.program && fitFor([...estimates.values()], found.program, course);
+  const key = `${id} ${course ? course.times.length : 0} ${found ? verdictWord(found.verdict, found.review) : ""} ${fitted?.of ?? ""}`;
   if (key === drawnTrial) return;
   drawnTrial = key;
   const before = (found?.before ?? []).map((one) => recorder.course(one)).filter((one): one is Course => one !== undefined).slice(0, FAINT_TRIALS);
   const verdict = found?.verdict;
-  const text = verdict ? [found.posture, verdict.is_valid ? "valid" : "rejected"].filter((part) => part !== "").join(", ") : "";
+  const text = verdict ? [found.program?.posture ?? "", verdictWord(verdict, found.review)].filter((part) => part !== "").join(", ") : "";
   const units = { displacement: desk.description?.displacement_unit ?? "m", force: desk.description?.force_unit ?? "N" };
-  trialChart.show(verdict && { attempt: verdict.attempt, text, course }, before, units);
+  const excursion = units.displacement === "m" ? limitsIn(verdict?.detail ?? "").excursion_m : undefined;
+  trialChart.show(verdict && { attempt: verdict.attempt, text, course, excursion, fit: fitted }, before, units);
 }
 
 setInterval(() => {
@@ -169,6 +205,8 @@ setInterval(() => {
   showSession();
   showTrial();
   trials.renderVerdicts();
+  remarks.render();
   showLastTrial();
   trace.renderValues();
+  auxiliary.render();
 }, REFRESH_MS);

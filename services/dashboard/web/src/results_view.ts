@@ -167,7 +167,7 @@ export class ResultsView {
     say(this.#captions.curl, "all conditions", `method ${method}`, "without unit");
     say(this.#captions.methods, condition, `${matrixTitles[matrix]} in ${unit}`);
     say(this.#captions.springs, "all conditions", `method ${method}`, "from the posture, in mm");
-    say(this.#captions.numbers, `method ${method}`, "size in the matrix's unit squared", "± half of the 95 % interval, of first order, elements taken as independent");
+    say(this.#captions.numbers, `method ${method}`, "size in the matrix's unit squared", "[low, high] of the 95 % interval");
   }
 }
 

@@ -15,6 +15,8 @@ const pages = [
   ["/results", "Results", "2"],
   ["/subject", "Subject", "3"],
   ["/archive", "Archive", "4"],
+  ["/studies", "Studies", "5"],
+  ["/protocols", "Protocols", "6"],
 ] as const;
 
 const stateTexts: Record<LinkState, string> = {

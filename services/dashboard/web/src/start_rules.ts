@@ -1,5 +1,7 @@
 // Rules of the form that starts a session. Pure.
 
+import type { Facts } from "./subject_facts";
+
 /// A study is many sessions, which `tonus` runs one after another.
 export const isOfOneSession = ({ text }: { text: string }): boolean => !/^\s*kind\s*=\s*"study"/m.test(text);
 
@@ -11,14 +13,23 @@ export function subjectProblem(id: string): string {
   return `Subject: "${id}" is not allowed; expected letters and digits, such as sub-01.`;
 }
 
-/// The subjects of past sessions, in the order of their ids.
-export function knownSubjects(sessions: { subject: string }[]): { id: string; sessions: number }[] {
-  const counts = new Map<string, number>();
-  for (const { subject } of sessions) if (subject) counts.set(subject, (counts.get(subject) ?? 0) + 1);
-  return [...counts]
-    .map(([id, count]) => ({ id, sessions: count }))
-    .sort((a, b) => a.id.localeCompare(b.id, "en", { numeric: true }));
+/// A subject of the archive, as the gateway lists them.
+export interface KnownSubject {
+  subject: string;
+  sessions: number;
+  pilot_sessions: number;
+  subject_facts: Facts;
+}
+
+/// "sub-07 (2 sessions, 1 pilot)".
+export function subjectText({ subject, sessions, pilot_sessions }: KnownSubject): string {
+  const pilots = pilot_sessions > 0 ? `, ${pilot_sessions} pilot` : "";
+  return `${subject} (${sessions} ${sessions === 1 ? "session" : "sessions"}${pilots})`;
 }
 
 /// A seed that nobody chose, short enough to be read aloud.
 export const drawnSeed = (): number => 1 + (crypto.getRandomValues(new Uint32Array(1))[0]! % 999_999);
+
+/// The names that studies give themselves.
+export const studyNames = (protocols: { text: string }[]): string[] =>
+  protocols.filter((protocol) => !isOfOneSession(protocol)).flatMap(({ text }) => /^\s*name\s*=\s*"([^"]*)"/m.exec(text)?.[1] ?? []);

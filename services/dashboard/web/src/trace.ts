@@ -2,7 +2,7 @@
 
 import uPlot from "uplot";
 import "uplot/dist/uPlot.min.css";
-import { RigKind, TrialPhase, type RigDescription, type SampleBlock, type TrialProgram } from "./contract";
+import { RigKind, TrialPhase, type RigDescription, type SampleBlock, type SessionNote, type TrialProgram } from "./contract";
 import { el, setText } from "./dom";
 import { handOf, poseOf, type ShoulderPose } from "./geometry";
 
@@ -13,6 +13,11 @@ const LEAST_MM = 2;
 const LEAST_N = 1;
 const POINTS_PER_S = 250; // more than a screen has columns for
 const CAPACITY = WINDOW_S * POINTS_PER_S * 2;
+const MOST_MARKS = 64;
+const LONGEST_MARK = 24; // letters
+// Flags of notes shortly after each other stand below each other.
+const FLAG_ROW = 14;
+const FLAG_ROWS = 4;
 
 /// A stretch of time in one phase of a trial, s.
 interface Stretch {
@@ -21,10 +26,18 @@ interface Stretch {
   end: number;
 }
 
+/// What was noted, at the rig's time in s.
+interface Mark {
+  epoch: bigint; // of the rig's clock
+  time: number;
+  text: string;
+}
+
 /// The newest seconds of four series, in the order of acquisition, and the phases of that time.
 class Ring {
   readonly times: number[] = [];
   readonly stretches: Stretch[] = [];
+  readonly marks: Mark[] = [];
   readonly series: number[][] = [[], [], [], []];
 
   push(time: number, values: readonly number[]): void {
@@ -134,6 +147,17 @@ export class Trace {
     this.#hasNews = true;
   }
 
+  /// A note is drawn where the rig's clock was when it was written; one of another start of the rig is not.
+  addNote(note: SessionNote): void {
+    if (!note.has_rig_clock) return;
+    const time = Number(note.rig_clock_ns) / 1e9;
+    if (this.#ring.marks.some((mark) => mark.epoch === note.epoch && mark.time === time && mark.text === note.text)) return;
+    this.#ring.marks.push({ epoch: note.epoch, time, text: note.text });
+    if (this.#ring.marks.length > MOST_MARKS) this.#ring.marks.shift();
+    this.root.dataset["marks"] = String(this.#ring.marks.length);
+    this.#hasNews = true;
+  }
+
   /// The newest values; less often than the drawing, so that they can be read.
   renderValues(): void {
     this.#values.forEach((value, i) => {
@@ -171,7 +195,7 @@ export class Trace {
     this.#plots = [];
     this.#plots.push(this.#plot(this.#handTitle(), displacement, ["x", "y"], displacement === "mm" ? LEAST_MM : 0));
     this.#plots.push(this.#plot("Force on the arm", force, ["Fx", "Fy"], force === "N" ? LEAST_N : 0));
-    this.root.append(el("p", { class: "caption" }, "Shaded: a trial; darker: the perturbation, from its onset (line)."));
+    this.root.append(el("p", { class: "caption" }, "Shaded: a trial; darker: the perturbation, from its onset (line). Flags: notes."));
   }
 
   #handTitle(): string {
@@ -214,7 +238,7 @@ export class Trace {
           { ...axis, size: 28, splits: ago, values: seconds, label: "s from now" },
           { ...axis, size: 48, label: `${title.startsWith("Force") ? "force" : "position"} (${unit})` },
         ],
-        hooks: { drawClear: [(plot): void => shade(plot, this.#ring.stretches, colour("--phase"), colour("--onset"))] },
+        hooks: { drawClear: [(plot): void => shade(plot, this.#ring.stretches, colour("--phase"), colour("--onset")), (plot): void => mark(plot, this.#ring.marks.filter(({ epoch }) => epoch === this.#epoch), colour("--ink"))] },
         series: [
           {},
           { stroke: colour("--x"), width: 1.5 },
@@ -250,6 +274,23 @@ function shade(plot: uPlot, stretches: readonly Stretch[], tint: string, onset: 
     context.globalAlpha = 1;
     context.fillStyle = onset;
     context.fillRect(at(begin), top, 2 * devicePixelRatio, height);
+  }
+  context.restore();
+}
+
+/// A line with a flag where something was noted.
+function mark(plot: uPlot, marks: readonly Mark[], ink: string): void {
+  const { left, top, width, height } = plot.bbox;
+  const context = plot.ctx;
+  context.save();
+  context.fillStyle = ink;
+  context.font = `${12 * devicePixelRatio}px system-ui, sans-serif`;
+  context.textBaseline = "top";
+  for (const [i, { time, text }] of marks.entries()) {
+    const x = plot.valToPos(time, "x", true);
+    if (x < left || x > left + width) continue;
+    context.fillRect(x, top, devicePixelRatio, height);
+    context.fillText(text.length > LONGEST_MARK ? `${text.slice(0, LONGEST_MARK - 1)}…` : text, x + 3 * devicePixelRatio, top + (1 + FLAG_ROW * (i % FLAG_ROWS)) * devicePixelRatio);
   }
   context.restore();
 }

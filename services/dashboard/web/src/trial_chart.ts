@@ -1,6 +1,7 @@
 // The last trial, or any other that is chosen: displacement and force against time from the onset, the eight before it faint.
 
 import { el, panel, setText, svg } from "./dom";
+import { rootMeanSquare, type Fit } from "./fit_overlay";
 import { AFTER_S, BEFORE_S, type Course } from "./trial_recorder";
 
 // In units of about a pixel, so that a phone's letters are as large as a desk's.
@@ -13,6 +14,10 @@ export interface ShownTrial {
   text: string; // posture, verdict
   course?: Course;
   note?: string; // in place of the usual one
+  /// The rig's units, about the place at the onset: what the verdict allows.
+  excursion?: number;
+  /// What an estimate gives, and which one that is.
+  fit?: Fit & { of: string };
 }
 
 const isInside = (time: number): boolean => time >= -BEFORE_S && time <= AFTER_S;
@@ -20,12 +25,19 @@ const x = (time: number): number => BOX.left + ((time + BEFORE_S) / (AFTER_S + B
 
 export const courseNote = (before: number): string => `Solid: x; dashed: y. Faint: the ${before} before it.`;
 
+/// What is drawn besides: the band and the fit.
+function furtherNote(trial: ShownTrial, unit: string): string {
+  const { excursion, fit } = trial;
+  const band = excursion === undefined ? "" : " Band: as far as the verdict allows.";
+  return fit ? `${band} Thick and pale: ${fit.of}; its residual is ${rootMeanSquare(fit.residual).toFixed(3)} ${unit} (RMS).` : band;
+}
+
 export class TrialChart {
   readonly root: HTMLElement;
   #age: HTMLElement;
   #note = el("p", { class: "caption" });
-  #drawings = [svg("svg"), svg("svg")];
-  #ranges: [number, number] = [0.1, 0.1]; // half heights; they grow only
+  #drawings = [svg("svg"), svg("svg"), svg("svg")];
+  #ranges: [number, number, number] = [0.1, 0.1, 0.1]; // half heights; they grow only
 
   /// `id` is the panel's.
   constructor(title = "Last trial", id = "last-trial") {
@@ -44,23 +56,29 @@ export class TrialChart {
   show(trial: ShownTrial | undefined, before: readonly Course[], units: { displacement: string; force: string }): void {
     setText(this.#age, trial ? `trial ${trial.attempt}: ${trial.text}` : "none yet");
     const isSeen = trial?.course !== undefined;
-    setText(this.#note, !trial ? "" : trial.note !== undefined ? trial.note : isSeen ? courseNote(before.length) : "This page was not open at its onset; the archive has its samples.");
+    const further = trial && isSeen ? furtherNote(trial, units.force) : "";
+    setText(this.#note, !trial ? "" : trial.note !== undefined ? trial.note + further : isSeen ? courseNote(before.length) + further : "This page was not open at its onset; the archive has its samples.");
     const scale = units.displacement === "m" ? 1000 : 1;
     const displacement = units.displacement === "m" ? "mm" : units.displacement;
-    this.#draw(0, `displacement (${displacement})`, before.map((one) => one), trial?.course, (course) => course.displacement, scale);
-    this.#draw(1, `force (${units.force})`, before.map((one) => one), trial?.course, (course) => course.force, 1);
+    const fit = trial?.course && trial.fit;
+    this.#draw(0, `displacement (${displacement})`, before, trial?.course, (course) => course.displacement, scale, { band: trial?.excursion });
+    this.#draw(1, `force (${units.force})`, before, trial?.course, (course) => course.force, 1, { fit: fit && { ...trial.course!, force: fit.force } });
+    this.#draw(2, `residual (${units.force})`, [], fit && { ...trial.course!, force: fit.residual }, (course) => course.force, 1, {});
   }
 
-  #draw(i: 0 | 1, title: string, before: readonly Course[], course: Course | undefined, of: (course: Course) => [number[], number[]], scale: number): void {
+  #draw(i: 0 | 1 | 2, title: string, before: readonly Course[], course: Course | undefined, of: (course: Course) => [number[], number[]], scale: number, { band, fit }: { band?: number; fit?: Course }): void {
     const drawing = this.#drawings[i]!;
     drawing.setAttribute("aria-label", title);
     const all = [...before, ...(course ? [course] : [])];
-    for (const one of all)
-      for (const series of of(one)) series.forEach((value, k) => { if (isInside(one.times[k]!)) this.#ranges[i] = Math.max(this.#ranges[i], Math.abs(scale * value)); });
+    if (band !== undefined) this.#ranges[i] = Math.max(this.#ranges[i], scale * band);
+    for (const one of [...all, ...(fit ? [fit] : [])])
+      for (const series of of(one)) series.forEach((value, k) => { if (isInside(one.times[k]!) && Number.isFinite(value)) this.#ranges[i] = Math.max(this.#ranges[i], Math.abs(scale * value)); });
     const half = 1.05 * this.#ranges[i];
     const middle = (HEIGHT + BOX.top - BOX.bottom) / 2;
     const y = (value: number): number => middle - (value / half) * (HEIGHT - BOX.top - BOX.bottom) * 0.5;
     drawing.replaceChildren(svg("text", { x: 4, y: 15, class: "small" }, title));
+    if (band !== undefined)
+      drawing.append(svg("rect", { class: "allowed", x: BOX.left, width: WIDTH - BOX.left - BOX.right, y: y(scale * band), height: y(-scale * band) - y(scale * band) }));
     for (const value of [half, 0, -half]) {
       drawing.append(
         svg("path", { class: "axis", d: `M ${BOX.left} ${y(value)} H ${WIDTH - BOX.right}` }),
@@ -73,10 +91,10 @@ export class TrialChart {
         svg("text", { x: x(time), y: HEIGHT - 8, "text-anchor": "middle", class: "small" }, time === 0 ? "onset" : `${time} s`),
       );
     }
-    for (const one of all) {
+    for (const one of [...(fit ? [fit] : []), ...all]) {
       of(one).forEach((series, axis) => {
-        const points = series.flatMap((value, k) => (isInside(one.times[k]!) ? [`${x(one.times[k]!).toFixed(1)},${y(scale * value).toFixed(1)}`] : []));
-        drawing.append(svg("polyline", { points: points.join(" "), class: `course tone-${axis}${one === course ? "" : " before"}`, "stroke-dasharray": axis === 0 ? "none" : "6 3" }));
+        const points = series.flatMap((value, k) => (isInside(one.times[k]!) && Number.isFinite(value) ? [`${x(one.times[k]!).toFixed(1)},${y(scale * value).toFixed(1)}`] : []));
+        drawing.append(svg("polyline", { points: points.join(" "), class: `course tone-${axis}${one === course ? "" : one === fit ? " fit" : " before"}`, "stroke-dasharray": axis === 0 ? "none" : "6 3" }));
       });
     }
   }

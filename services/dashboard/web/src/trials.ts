@@ -7,10 +7,12 @@ import {
   type SessionState,
   type TrialOutcome,
   type TrialProgram,
+  type TrialReview,
   type TrialVerdict,
 } from "./contract";
 import { el, facts, panel, setText } from "./dom";
 import { hex, modeNames, nameOf, trialPhaseNames } from "./names";
+import { isRejected, keepNewest, verdictWhy, verdictWord } from "./trial_words";
 
 /// Keeps the messages of every session, because those of an older session may arrive after those of the one on display.
 export class Trials {
@@ -20,6 +22,7 @@ export class Trials {
   #body = el("tbody", { id: "verdicts" });
   #outcomes = new Map<string, TrialOutcome>();
   #verdicts = new Map<string, TrialVerdict>();
+  #reviews = new Map<string, TrialReview>();
   #program?: TrialProgram;
   #rig?: RigDescription;
   #session = "";
@@ -60,6 +63,11 @@ export class Trials {
     this.#isChanged = true;
   }
 
+  review(review: TrialReview): void {
+    keepNewest(this.#reviews, hex(review.trial_id), review);
+    this.#isChanged = true;
+  }
+
   #follow(program: TrialProgram): void {
     if (hex(program.session_id) !== this.#session) return;
     if (!this.#program || program.attempt >= this.#program.attempt) this.#program = program;
@@ -90,14 +98,14 @@ export class Trials {
     const shown = [...this.#verdicts.values()]
       .filter((verdict) => hex(verdict.session_id) === this.#session)
       .sort((a, b) => b.attempt - a.attempt);
-    const rejected = shown.filter((verdict) => !verdict.is_valid).length;
+    const rejected = shown.filter((verdict) => isRejected(verdict, this.#reviews.get(hex(verdict.trial_id)))).length;
     setText(this.verdicts.age, shown.length > 0 ? `${shown.length} judged, ${rejected} rejected` : "none yet");
     this.#body.replaceChildren(...shown.map((verdict) => this.#row(verdict)));
   }
 
   #row(verdict: TrialVerdict): HTMLElement {
     const id = hex(verdict.trial_id);
-    const row = verdictRow(verdict, this.#outcomes.get(id), () => {
+    const row = verdictRow(verdict, this.#outcomes.get(id), this.#reviews.get(id), () => {
       this.#chosen = this.#chosen === id ? "" : id;
       this.#isChanged = true;
     });
@@ -107,15 +115,15 @@ export class Trials {
   }
 
   /// The trial on display, the newest or the chosen one, and those before it at any posture, the nearest first.
-  shown(): { verdict: TrialVerdict; posture: string; before: string[] } | undefined {
+  shown(): { verdict: TrialVerdict; review?: TrialReview; program?: TrialProgram; before: string[] } | undefined {
     const all = [...this.#verdicts.values()]
       .filter((verdict) => hex(verdict.session_id) === this.#session)
       .sort((a, b) => b.attempt - a.attempt);
     const i = Math.max(0, all.findIndex((verdict) => hex(verdict.trial_id) === this.#chosen));
     const verdict = all[i];
     if (!verdict) return undefined;
-    const posture = this.#outcomes.get(hex(verdict.trial_id))?.program.posture ?? "";
-    return { verdict, posture, before: all.slice(i + 1).map((one) => hex(one.trial_id)) };
+    const id = hex(verdict.trial_id);
+    return { verdict, review: this.#reviews.get(id), program: this.#outcomes.get(id)?.program, before: all.slice(i + 1).map((one) => hex(one.trial_id)) };
   }
 }
 
@@ -135,7 +143,7 @@ function notesOf(rig: RigDescription | undefined, thinned: number): string {
   ].join("; ");
 }
 
-function verdictRow(verdict: TrialVerdict, outcome: TrialOutcome | undefined, choose: () => void): HTMLElement {
+function verdictRow(verdict: TrialVerdict, outcome: TrialOutcome | undefined, review: TrialReview | undefined, choose: () => void): HTMLElement {
   const button = el("button", { type: "button", class: "sort", title: "Show this trial above" }, String(verdict.attempt));
   button.addEventListener("click", choose);
   return el(
@@ -143,7 +151,7 @@ function verdictRow(verdict: TrialVerdict, outcome: TrialOutcome | undefined, ch
     {},
     el("td", {}, button),
     el("td", {}, outcome?.program.posture ?? ""),
-    el("td", { class: verdict.is_valid ? "good" : "bad" }, verdict.is_valid ? "valid" : "rejected"),
-    el("td", {}, verdict.detail.replace(/^valid: /, "")), // of a rejected trial it names each reason
+    el("td", { class: isRejected(verdict, review) ? "bad" : "good" }, verdictWord(verdict, review)),
+    el("td", {}, verdictWhy(verdict, review)), // of a rejected trial it names each reason
   );
 }

@@ -106,6 +106,42 @@ TEST(ConditionBook, CountsInvalidTrialsOfTheCondition) {
   EXPECT_EQ(book.identify(book.changed().front())[0].invalid_trials, 2U);
 }
 
+TEST(ConditionBook, WithoutAWithdrawnTrialHasTheBitsOfNeverHavingHadIt) {
+  const auto trials = made_up_condition();
+  ConditionBook book;
+  ConditionBook without;
+  for (const auto& trial : trials) {
+    add(book, trial);
+    if (trial.report.plan.attempt != 5) add(without, trial);
+  }
+  const Condition condition = book.changed().front();
+  (void)book.identify(condition);
+  ASSERT_THAT(book.changed(), IsEmpty());
+  book.withdraw(testing::made_up_session(), 5);
+  ASSERT_THAT(book.changed(), SizeIs(1));
+  const auto found = book.identify(condition);
+  expect_same(found.at(0).estimate, without.identify(condition).at(0).estimate);
+  EXPECT_EQ(found.at(0).invalid_trials, 1U);
+  book.withdraw(testing::made_up_session(), 5);  // once is enough
+  book.withdraw(id_of("another session"), 6);
+  EXPECT_THAT(book.changed(), IsEmpty());
+}
+
+TEST(ConditionBook, TellsThatNothingIsLeftOfAConditionWhoseTrialsAreAllWithdrawn) {
+  const auto trials = made_up_condition();
+  ConditionBook book;
+  add(book, trials[0]);
+  const Condition condition = book.changed().front();
+  const auto before = book.identify(condition);
+  book.withdraw(testing::made_up_session(), trials[0].report.plan.attempt);
+  const auto after = book.identify(condition);
+  ASSERT_THAT(after, SizeIs(before.size()));
+  EXPECT_EQ(after[0].estimate.method, before[0].estimate.method);
+  EXPECT_EQ(after[0].estimate.status, impedance::Status::kUndetermined);
+  EXPECT_THAT(after[0].trials, IsEmpty());
+  EXPECT_EQ(after[0].invalid_trials, 1U);
+}
+
 TEST(ConditionBook, KeepsPosturesBiasesAndInstructionsApart) {
   ConditionBook book;
   testing::Recipe recipe;

@@ -102,6 +102,84 @@ TEST_F(IdentificationCoreTest, GivesTheSameEstimateAfterARestartFromReportsAndRe
   EXPECT_EQ(estimates[0].estimate.high.B, live_path[0].estimate.high.B);
 }
 
+TEST_F(IdentificationCoreTest, RevisesTheEstimateAtOnceWhenATrialIsRejectedByHand) {
+  introduce(core_);
+  IdentificationCore without(fixed_frequency());
+  introduce(without);
+  std::vector<ConditionEstimate> expected;
+  for (const auto& trial : trials_) {
+    add(core_, trial);
+    core_.add(trial.report, at(0));
+    (void)advance(core_, at(0));
+    if (trial.report.plan.attempt == 5) continue;
+    add(without, trial);
+    without.add(trial.report, at(0));
+    expected = advance(without, at(0)).estimates;
+  }
+  core_.reject(trials_[4].report.plan.trial, 5);
+  EXPECT_EQ(core_.next_due(at(0)), at(0));
+  const auto revised = advance(core_, at(0));
+  EXPECT_THAT(revised.verdicts, IsEmpty());  // what was measured stays as it is
+  ASSERT_THAT(revised.estimates, SizeIs(1));
+  EXPECT_EQ(revised.estimates[0].estimate.trials_used, expected.at(0).estimate.trials_used);
+  EXPECT_EQ(revised.estimates[0].estimate.value.K, expected.at(0).estimate.value.K);
+  EXPECT_EQ(revised.estimates[0].estimate.low.M, expected.at(0).estimate.low.M);
+  core_.reject(trials_[4].report.plan.trial, 5);  // published anew by a restarted scheduler
+  EXPECT_THAT(advance(core_, at(0)).estimates, IsEmpty());
+}
+
+TEST_F(IdentificationCoreTest, LeavesATrialOutWhoseRejectionCameBeforeItsRows) {
+  introduce(core_);
+  core_.reject(trials_[4].report.plan.trial, 5);
+  std::vector<ConditionEstimate> estimates;
+  for (const auto& trial : trials_) {
+    add(core_, trial);
+    core_.add(trial.report, at(0));
+    const auto output = advance(core_, at(0));
+    ASSERT_THAT(output.verdicts, SizeIs(1));
+    EXPECT_TRUE(output.verdicts[0].verdict.is_valid);
+    estimates = output.estimates;
+  }
+  ASSERT_THAT(estimates, SizeIs(1));
+  EXPECT_THAT(estimates[0].estimate.trials_used, SizeIs(15));
+  EXPECT_EQ(estimates[0].invalid_trials, 1U);
+}
+
+TEST_F(IdentificationCoreTest, IgnoresTheRejectionOfATrialOfAnotherSession) {
+  introduce(core_);
+  add(core_, trials_[0]);
+  core_.add(trials_[0].report, at(0));
+  (void)advance(core_, at(0));
+  core_.reject(trial_id(id_of("another session"), 1), 1);
+  EXPECT_THAT(advance(core_, at(0)).estimates, IsEmpty());
+}
+
+TEST_F(IdentificationCoreTest, LeavesARejectedTrialOutOfTheLiveEstimateOfTheNext) {
+  introduce(core_);
+  IdentificationCore without(fixed_frequency());
+  introduce(without);
+  for (std::size_t i = 0; i < 8; ++i) {
+    for (IdentificationCore* core : {&core_, &without}) {
+      if (core == &without && i == 4) continue;
+      add(*core, trials_[i]);
+      core->add(trials_[i].report, at(0));
+      (void)advance(*core, at(0));
+    }
+  }
+  core_.reject(trials_[4].report.plan.trial, 5);
+  (void)advance(core_, at(0));
+  std::optional<ConditionEstimate> shown[2];
+  int i = 0;
+  for (IdentificationCore* core : {&core_, &without}) {
+    core->expect(trials_[8].report.plan);
+    add(*core, trials_[8]);
+    shown[i++] = core->live(at(1000));
+  }
+  ASSERT_TRUE(shown[0] && shown[1]);
+  EXPECT_EQ(shown[0]->estimate.trials_used, shown[1]->estimate.trials_used);
+  EXPECT_EQ(shown[0]->estimate.value.K, shown[1]->estimate.value.K);
+}
+
 TEST_F(IdentificationCoreTest, ShowsTheConditionAtEachBlockWhileAPerturbationIsUnderWay) {
   introduce(core_);
   for (std::size_t i = 0; i < 15; ++i) {

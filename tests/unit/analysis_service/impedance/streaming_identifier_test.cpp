@@ -164,6 +164,56 @@ TEST(StreamingIdentifier, ForgetsADiscardedTrial) {
   EXPECT_EQ(live.trials().size(), 6U);
 }
 
+TEST(StreamingIdentifier, WithoutARemovedTrialHasTheBitsOfNeverHavingHadIt) {
+  auto live = StreamingIdentifier::create({}, preparation()).value();
+  auto other = StreamingIdentifier::create({}, preparation()).value();
+  const auto recorded = record(2, 100);
+  for (std::uint32_t number = 1; number <= 8; ++number) {
+    feed(live, number, recorded[number - 1]);
+    if (number != 3) feed(other, number, recorded[number - 1]);
+  }
+  EXPECT_TRUE(live.remove_trial(3));
+  expect_same_bits(live.estimate(), other.estimate());
+  EXPECT_FALSE(live.remove_trial(3));
+}
+
+TEST(StreamingIdentifier, RemovesATrialWhileAnotherIsUnderWay) {
+  auto live = StreamingIdentifier::create({}, preparation()).value();
+  auto other = StreamingIdentifier::create({}, preparation()).value();
+  const auto recorded = record(2, 100);
+  const auto begin = [](StreamingIdentifier& to, const Recorded& trial, std::size_t end) {
+    to.begin_trial(9);
+    for (std::size_t k = 0; k < trial.onset; ++k) to.push_rest(trial.samples[k]);
+    to.mark_onset();
+    for (std::size_t k = trial.onset; k < end; ++k) to.push(trial.samples[k]);
+  };
+  for (std::uint32_t number = 1; number <= 8; ++number) {
+    feed(live, number, recorded[number - 1]);
+    if (number != 3) feed(other, number, recorded[number - 1]);
+  }
+  const std::size_t half = (recorded[8].onset + recorded[8].samples.size()) / 2;
+  begin(live, recorded[8], half);
+  begin(other, recorded[8], half);
+  ASSERT_TRUE(live.remove_trial(3));
+  expect_same_bits(live.estimate(), other.estimate());
+  for (std::size_t k = half; k < recorded[8].samples.size(); ++k) {
+    live.push(recorded[8].samples[k]);
+    other.push(recorded[8].samples[k]);
+  }
+  ASSERT_TRUE(live.end_trial());
+  ASSERT_TRUE(other.end_trial());
+  expect_same_bits(live.estimate(), other.estimate());
+}
+
+TEST(StreamingIdentifier, WithoutAnyTrialLeftIsAsAtTheBegin) {
+  auto live = StreamingIdentifier::create({}, preparation()).value();
+  feed(live, 1, record(1, 100).front());
+  ASSERT_TRUE(live.remove_trial(1));
+  EXPECT_EQ(live.natural_frequency(), StreamingIdentifier::kProvisionalFrequency);
+  EXPECT_TRUE(live.trials().empty());
+  EXPECT_TRUE(live.estimate().trials_used.empty());
+}
+
 TEST(StreamingIdentifier, TunesItsFilterToTheTrialsSeen) {
   auto live = StreamingIdentifier::create(Options{}, preparation()).value();
   EXPECT_EQ(live.natural_frequency(), StreamingIdentifier::kProvisionalFrequency);

@@ -83,6 +83,7 @@ class Peers {
         outcomes_(writer(*bus_, topics::kTrialOutcome)),
         plans_(writer(*bus_, topics::kSessionPlan)),
         states_(writer(*bus_, topics::kSessionState)),
+        reviews_(writer(*bus_, topics::kTrialReview)),
         health_(runtime::HealthReporter::create(*bus_, clock_, v1::ROLE_RIG, common()).value()),
         resends(reader(*bus_, topics::kArchiveResend)),
         verdicts(reader(*bus_, topics::kTrialVerdict)),
@@ -127,6 +128,16 @@ class Peers {
     state.trial_id(trial.report.plan.trial);
     state.attempts(trial.report.plan.attempt);
     ASSERT_TRUE(states_.write(state));
+  }
+
+  void reject(const MeasuredTrial& trial) {
+    v1::TrialReview review;
+    review.trial_id(trial.report.plan.trial);
+    review.session_id(trial.report.plan.session);
+    review.attempt(trial.report.plan.attempt);
+    review.is_rejected(true);
+    review.reason("coughed");
+    ASSERT_TRUE(reviews_.write(review));
   }
 
   void command(const MeasuredTrial& trial) {
@@ -180,6 +191,7 @@ class Peers {
   bus::TypedWriter<v1::TrialOutcome> outcomes_;
   bus::TypedWriter<v1::SessionPlan> plans_;
   bus::TypedWriter<v1::SessionState> states_;
+  bus::TypedWriter<v1::TrialReview> reviews_;
   runtime::HealthReporter health_;
 
  public:
@@ -292,6 +304,51 @@ TEST_F(IdentificationServiceTest, PublishesTheEstimateBehindTheLastVerdictBefore
   service->finish();
 
   EXPECT_THAT(runtime::drain(peers.estimates), SizeIs(1));
+}
+
+TEST_F(IdentificationServiceTest, LeavesOutWhatAnOperatorRejectedAlsoAfterARestart) {
+  auto service = start();
+  Peers peers(fabric_);
+  peers.introduce();
+  ASSERT_TRUE(becomes_ready(*service, peers));
+  for (const auto& trial : trials_) {
+    peers.send_rows(trial, trial.report.range);
+    peers.report(trial);
+  }
+  (void)receive(*service, peers.verdicts, trials_.size());
+  v1::Estimate revised;
+  const auto has_revised = [&] {
+    for (auto& received : runtime::drain(peers.estimates)) revised = received.value;
+    return revised.trials_used() == trials_.size() - 1;
+  };
+  peers.reject(trials_[4]);
+  ASSERT_TRUE(eventually([&] {
+    service->step();
+    return has_revised();
+  }));
+  EXPECT_EQ(revised.trials_rejected(), 1U);
+  EXPECT_THAT(runtime::drain(peers.verdicts), IsEmpty());
+  const v1::Estimate before = revised;
+
+  fabric_->kill("identification");
+  service = start();  // the review, too, comes again by itself
+  revised = {};
+  ASSERT_TRUE(eventually([&] {
+    service->step();
+    for (const auto& received : runtime::drain(peers.resends)) {
+      const auto& request = received.value;
+      for (const auto& trial : trials_) {
+        if (trial.report.range.first <= request.last_sequence() &&
+            trial.report.range.last() >= request.first_sequence()) {
+          peers.send_rows(
+              trial, SequenceRange::from_first_to_last(request.first_sequence(), request.last_sequence()));
+        }
+      }
+    }
+    return has_revised();
+  }));
+  EXPECT_EQ(revised.stiffness_N_per_m().value(), before.stiffness_N_per_m().value());
+  EXPECT_EQ(revised.mass_kg().low95(), before.mass_kg().low95());
 }
 
 TEST_F(IdentificationServiceTest, ComesToTheSameEstimateAfterARestart) {

@@ -84,5 +84,24 @@ TEST_F(SafetyChannelTest, ALateRepeatOfAStopThatWasConfirmedStopsNothingAnew) {
   EXPECT_FALSE(is_stopped());
 }
 
+TEST_F(SafetyChannelTest, WithoutAThreadAStopAndALeaseTakeEffectInItsStep) {
+  const auto stepped = std::move(*SafetyChannel::create(open_bus(), kRig, rig_.loop(), lease_, stops_, clock_,
+                                                        wake_, SafetyChannel::Works::kByStep));
+  channel_.reset();  // the one with a thread
+  auto bus = open_bus();
+  auto stops = *bus::TypedWriter<v1::RigStop>::create(*bus, topics::kRigStop);
+  v1::RigStop stop;
+  stop.rig_id(kRig);
+  stop.stop_id(random_id());
+  stop.requested_by("a test");
+  ASSERT_TRUE(stops.write(stop));
+  rig_.step_silently();
+  EXPECT_FALSE(is_stopped());
+  EXPECT_GT(stepped->step(), clock_.now() - std::chrono::seconds(1));
+  rig_.step_silently();
+  EXPECT_TRUE(is_stopped());
+  EXPECT_EQ(stops_.take(), "a test");
+}
+
 }  // namespace
 }  // namespace tonus::rig

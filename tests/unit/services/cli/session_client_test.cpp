@@ -19,6 +19,7 @@ class SessionClientTest : public ::testing::Test {
     bus_ = *bus::create_bus(options);
     client_.emplace(*SessionClient::create(*bus_, clock_, std::make_shared<bus::Notifier>()));
     states_.emplace(*bus::TypedWriter<v1::SessionState>::create(*bus_, topics::kSessionState));
+    reviews_.emplace(*bus::TypedWriter<v1::TrialReview>::create(*bus_, topics::kTrialReview));
     verdicts_.emplace(*bus::TypedWriter<v1::TrialVerdict>::create(*bus_, topics::kTrialVerdict));
     estimates_.emplace(*bus::TypedWriter<v1::Estimate>::create(*bus_, topics::kEstimateCondition));
   }
@@ -33,7 +34,7 @@ class SessionClientTest : public ::testing::Test {
 
   void judge(std::uint32_t attempt, bool is_valid) {
     v1::TrialVerdict verdict;
-    verdict.trial_id(random_id());
+    verdict.trial_id(trial_id(kSession, attempt));
     verdict.session_id(kSession);
     verdict.attempt(attempt);
     verdict.is_valid(is_valid);
@@ -52,6 +53,17 @@ class SessionClientTest : public ::testing::Test {
     ASSERT_TRUE(estimates_->write(estimate));
   }
 
+  void reject(std::uint32_t attempt) {
+    v1::TrialReview review;
+    review.trial_id(trial_id(kSession, attempt));
+    review.session_id(kSession);
+    review.attempt(attempt);
+    review.is_rejected(true);
+    review.reason("coughed");
+    review.reviewed_by("Ada");
+    ASSERT_TRUE(reviews_->write(review));
+  }
+
   bool has_everything() {
     client_->update();
     return client_->has_estimated_every_valid_trial(kSession);
@@ -62,6 +74,7 @@ class SessionClientTest : public ::testing::Test {
   std::optional<SessionClient> client_;
   std::optional<bus::TypedWriter<v1::SessionState>> states_;
   std::optional<bus::TypedWriter<v1::TrialVerdict>> verdicts_;
+  std::optional<bus::TypedWriter<v1::TrialReview>> reviews_;
   std::optional<bus::TypedWriter<v1::Estimate>> estimates_;
   const Id estimate_id_ = random_id();
 };
@@ -75,6 +88,22 @@ TEST_F(SessionClientTest, WaitsForTheEstimateBehindTheLastVerdict) {
   EXPECT_FALSE(has_everything());
   estimate({1, 3});
   EXPECT_TRUE(has_everything());
+}
+
+TEST_F(SessionClientTest, WaitsForTheEstimateWithoutATrialThatWasRejectedByHand) {
+  judge(1, true);
+  judge(2, true);
+  judge(3, true);
+  reject(2);
+  complete(2);
+  estimate({1, 2, 3});
+  EXPECT_FALSE(has_everything());
+  estimate({1, 3});
+  EXPECT_TRUE(has_everything());
+  const auto rejections = client_->rejections(kSession);
+  ASSERT_EQ(rejections.size(), 1U);
+  EXPECT_EQ(rejections[0].attempt(), 2U);
+  EXPECT_EQ(rejections[0].detail(), "rejected by hand by Ada: coughed");
 }
 
 TEST_F(SessionClientTest, WaitsForAVerdictThatIsBehindTheEndOfTheSession) {

@@ -52,7 +52,9 @@ Gateway::Gateway(Access access, ServerOptions options, Hub::Options hub_options,
   std::from_chars(url.data() + colon + 1, url.data() + url.size(), port_);
 }
 
-Gateway::~Gateway() {
+Gateway::~Gateway() { stop(); }
+
+void Gateway::stop() {
   if (server_) server_->stop();
 }
 

@@ -35,6 +35,9 @@ class Gateway {
   [[nodiscard]] std::uint32_t channel(std::string_view topic) const;
   [[nodiscard]] std::vector<OperatorRequest> asked();
 
+  /// Ends the gateway as its program does.
+  void stop();
+
   /// Publishes a message of the bus.
   void put(std::string_view topic, std::uint8_t key, std::size_t bytes = 32);
 

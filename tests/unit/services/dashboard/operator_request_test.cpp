@@ -1,5 +1,6 @@
 #include "services/dashboard/gateway/operator_request.hpp"
 
+#include <cmath>
 #include <gmock/gmock.h>
 #include <nlohmann/json.hpp>
 
@@ -43,6 +44,90 @@ TEST(OperatorRequest, StartBecomesASessionCommandWithEveryField) {
   EXPECT_EQ(command.requested_by(), "dashboard test");
 }
 
+TEST(OperatorRequest, StartCarriesTheSubjectsFactsStudyAndPilotMode) {
+  const auto parsed = parse({{"request_id", kRequestId},
+                             {"request", "start"},
+                             {"study", "cohort"},
+                             {"is_pilot", true},
+                             {"subject_facts",
+                              {{"age_years", 31.5},
+                               {"sex", "female"},
+                               {"measured_arm", "right"},
+                               {"height_m", nullptr},
+                               {"link_lengths_m", {0.31, nullptr}}}}});
+  ASSERT_TRUE(parsed.request) << parsed.request.error().message;
+  const auto& command = std::get<v1::SessionCommand>(parsed.request->command);
+  EXPECT_EQ(command.study(), "cohort");
+  EXPECT_TRUE(command.is_pilot());
+  const auto& facts = command.subject_facts();
+  EXPECT_EQ(facts.age_years(), 31.5);
+  EXPECT_EQ(facts.sex(), "female");
+  EXPECT_EQ(facts.measured_arm(), "right");
+  EXPECT_EQ(facts.handedness(), "");
+  EXPECT_EQ(facts.link_lengths_m()[0], 0.31);
+  for (const double unknown : {facts.height_m(), facts.weight_kg(), facts.link_lengths_m()[1],
+                               facts.circumferences_m()[0], facts.shoulder_m()[1]})
+    EXPECT_TRUE(std::isnan(unknown)) << "what is not stated is not known";
+}
+
+TEST(OperatorRequest, ARejectionNamesItsTrialAndItsReason) {
+  const json rejection{
+      {"request_id", kRequestId}, {"request", "reject_trial"}, {"trial_id", kSessionId}, {"text", "coughed"}};
+  const auto parsed = parse(rejection);
+  ASSERT_TRUE(parsed.request) << parsed.request.error().message;
+  const auto& command = std::get<v1::SessionCommand>(parsed.request->command);
+  EXPECT_EQ(command.request(), v1::SESSION_REJECT_TRIAL);
+  EXPECT_EQ(to_hex(command.trial_id()), kSessionId);
+  EXPECT_EQ(command.text(), "coughed");
+  for (const char* needed : {"trial_id", "text"}) {
+    json without = rejection;
+    without.erase(needed);
+    const auto refused = parse(without);
+    ASSERT_FALSE(refused.request) << needed;
+    EXPECT_THAT(refused.request.error().message, HasSubstr(needed));
+  }
+}
+
+TEST(OperatorRequest, ANoteMayBeOfATrialOrOfNoneAndIsANoteOrAMarker) {
+  json note{{"request_id", kRequestId}, {"request", "note"}, {"text", "subject yawns"}};
+  auto parsed = parse(note);
+  ASSERT_TRUE(parsed.request) << parsed.request.error().message;
+  auto command = std::get<v1::SessionCommand>(parsed.request->command);
+  EXPECT_EQ(command.request(), v1::SESSION_NOTE);
+  EXPECT_EQ(Id(command.trial_id()), kNoId);
+  EXPECT_EQ(command.text(), "subject yawns");
+  EXPECT_EQ(command.note_kind(), "note");
+  note["note_kind"] = "marker";
+  note["trial_id"] = kSessionId;
+  parsed = parse(note);
+  ASSERT_TRUE(parsed.request) << parsed.request.error().message;
+  command = std::get<v1::SessionCommand>(parsed.request->command);
+  EXPECT_EQ(command.note_kind(), "marker");
+  EXPECT_EQ(to_hex(command.trial_id()), kSessionId);
+}
+
+TEST(OperatorRequest, WhatIsWrongWithAStartARejectionOrANoteIsNamed) {
+  const auto message = [](json object) {
+    object["request_id"] = kRequestId;
+    const auto parsed = parse(object);
+    return parsed.request ? std::string("accepted") : parsed.request.error().message;
+  };
+  const auto facts = [&](const json& value) {
+    return message({{"request", "start"}, {"subject_facts", value}});
+  };
+  EXPECT_THAT(facts(7), HasSubstr("subject_facts"));
+  EXPECT_THAT(facts({{"age_years", "old"}}), HasSubstr("age_years"));
+  EXPECT_THAT(facts({{"sex", 1}}), HasSubstr("sex"));
+  EXPECT_THAT(facts({{"shoulder_m", {1}}}), HasSubstr("shoulder_m"));
+  EXPECT_THAT(facts({{"name", "Anna"}}), HasSubstr("name"));
+  EXPECT_THAT(message({{"request", "start"}, {"is_pilot", "yes"}}), HasSubstr("is_pilot"));
+  EXPECT_THAT(message({{"request", "start"}, {"study", 1}}), HasSubstr("study"));
+  EXPECT_THAT(message({{"request", "note"}, {"text", " "}}), HasSubstr("text"));
+  EXPECT_THAT(message({{"request", "note"}, {"text", "a\nb"}}), HasSubstr("one line"));
+  EXPECT_THAT(message({{"request", "note"}, {"text", std::string(501, 'x')}}), HasSubstr("501 bytes"));
+  EXPECT_THAT(message({{"request", "note"}, {"text", "x"}, {"note_kind", "essay"}}), HasSubstr("essay"));
+}
+
 TEST(OperatorRequest, WhoAskedOnWhichPageIsRecordedAndAStopsTimeToo) {
   const Asker asker{Role::kOperate, "dashboard test", id_of("rig/rig"), 1'772'450'372'000'000'000U};
   Id id{};
@@ -80,7 +165,8 @@ TEST(OperatorRequest, EmergencyStopBecomesACommandToTheGatewaysRig) {
 
 TEST(OperatorRequest, AViewerMayStopTheRigAndNothingElse) {
   EXPECT_TRUE(parse({{"request_id", kRequestId}, {"request", "emergency_stop"}}, Role::kView).request);
-  for (const char* name : {"start", "pause", "resume", "abort", "clear_fault", "abort_trial"}) {
+  for (const char* name :
+       {"start", "pause", "resume", "abort", "reject_trial", "note", "clear_fault", "abort_trial"}) {
     const auto parsed = parse({{"request_id", kRequestId}, {"request", name}}, Role::kView);
     ASSERT_FALSE(parsed.request) << name;
     EXPECT_THAT(parsed.request.error().message, HasSubstr("view"));

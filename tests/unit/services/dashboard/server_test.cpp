@@ -1,9 +1,11 @@
 #include "services/dashboard/gateway/server.hpp"
 
 #include <fstream>
+#include <spdlog/fmt/fmt.h>
 #include <spdlog/sinks/ostream_sink.h>
 #include <spdlog/spdlog.h>
 #include <sstream>
+#include <thread>
 
 #include "tests/support/temporary_folder.hpp"
 #include "tests/unit/services/dashboard/gateway_fixture.hpp"
@@ -244,6 +246,52 @@ class Log {
   std::ostringstream text_;
   std::shared_ptr<spdlog::logger> before_;
 };
+
+TEST(Server, ChecksAProtocolThatIsPosted) {
+  Gateway gateway;
+  const std::string text = "schema = 1\nkind = \"none\"\n";
+  const auto post = [&](const std::string& target, const std::string& body) {
+    return answer_to(gateway.port(),
+                     fmt::format("POST {} HTTP/1.1\r\nHost: localhost:{}\r\nConnection: close\r\n"
+                                 "Content-Length: {}\r\n\r\n{}",
+                                 target, gateway.port(), body.size(), body));
+  };
+  const std::string answer = post("/api/protocols/check?seed=3", text);
+  EXPECT_THAT(answer, HasSubstr("200 OK"));
+  const json found = json::parse(answer.substr(answer.find("\r\n\r\n")));
+  EXPECT_EQ(found["problem"]["key"], "kind");
+  EXPECT_EQ(found["problem"]["line"], 2);
+  EXPECT_THAT(post("/api/protocols/check?seed=x", text), HasSubstr("400 Bad"));
+  EXPECT_THAT(post("/api/protocols", text), HasSubstr("405 Method"));
+  EXPECT_THAT(post("/api/protocols/check", std::string(60'000, 'x')), HasSubstr("413 Payload"));
+}
+
+TEST(Server, TellsEveryClientThatItEnds) {
+  Gateway gateway;
+  Client page(gateway.port());
+  Client program(gateway.port());
+  ASSERT_EQ(page.open(), 101);
+  ASSERT_EQ(program.open({.target = "/json", .subprotocol = ""}), 101);
+  EXPECT_FALSE(page.receive_op("advertise").is_null());
+  program.send_text("anything");
+  EXPECT_TRUE(program.receive()) << "both have joined";
+  std::thread ending([&] { gateway.stop(); });
+  for (Client* client : {&page, &program}) {
+    while (client->receive()) {
+    }
+    EXPECT_EQ(client->close_code(), 1001);
+    EXPECT_EQ(client->close_reason(), "the gateway ends");
+  }
+  ending.join();
+}
+
+TEST(Server, AClientThatReadsNothingDoesNotKeepItFromEnding) {
+  Gateway gateway;
+  Client silent(gateway.port());
+  ASSERT_EQ(silent.open(), 101);
+  gateway.stop();
+  EXPECT_ANY_THROW((void)get(gateway.port(), {.target = "/api/gateway"})) << "nobody listens any more";
+}
 
 /// Sends until the gateway ends the connection.
 void attack(Client& client, const std::string& target, const std::vector<std::string>& texts) {

@@ -15,7 +15,7 @@ const OfferedTopic& named(const std::vector<OfferedTopic>& all, std::string_view
 
 TEST(TopicTable, OffersEveryTopicOfTheBusWithItsTypesText) {
   const auto all = offered_topics();
-  ASSERT_EQ(all.size(), topics::kAll.size() + 2);
+  ASSERT_EQ(all.size(), topics::kAll.size() + 4);
   for (std::size_t i = 0; i < topics::kAll.size(); ++i) {
     const auto& channel = all[i].channel;
     EXPECT_EQ(channel.topic, topics::kAll[i].name);
@@ -35,8 +35,9 @@ TEST(TopicTable, OnlyWhatIsForEyesMayBeThinned) {
   for (const auto& topic : offered_topics()) {
     const bool is_live = topic.flow == Flow::kLive;
     const auto& name = topic.channel.topic;
-    EXPECT_EQ(is_live, name == "rig/samples" || name == "rig/lease" || name == "estimate/live" ||
-                           name == "clock/probe" || name == "clock/echo" || name == kStatusTopic)
+    EXPECT_EQ(is_live, name == "rig/samples" || name == "rig/auxiliary" || name == kHandTopic ||
+                           name == "rig/lease" || name == "estimate/live" || name == "clock/probe" ||
+                           name == "clock/echo" || name == kStatusTopic)
         << name;
   }
 }

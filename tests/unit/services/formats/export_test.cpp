@@ -85,6 +85,8 @@ TEST_F(Export, DescribesEveryColumnOfEveryCsvFile) {
     described.insert(cells[0] + ":" + cells[1]);
   }
   for (const auto& [file, name] : {std::pair{"trials.csv", "trials.csv"},
+                                   {"session.csv", "session.csv"},
+                                   {"notes.csv", "notes.csv"},
                                    {"estimates.csv", "estimates.csv"},
                                    {"samples/trial-1.csv", "samples/trial-N.csv"}}) {
     for (const auto& column : cells_of(lines_of(folder_ / "csv" / file)[0]))
@@ -99,6 +101,46 @@ TEST_F(Export, SaysInTheTrialsTableWhyOneDoesNotCount) {
   EXPECT_NE(lines[1].find(",true,"), std::string::npos);
   EXPECT_NE(lines[2].find(",false,"), std::string::npos);
   EXPECT_NE(lines[2].find("broken off"), std::string::npos);
+}
+
+TEST_F(Export, SaysWhoWasMeasuredWhatWasNotedAndWhoRejectedATrial) {
+  store::MemoryStore store;
+  auto recipe = made_up::unloaded_session();
+  recipe.reviewed_attempt = 3;
+  recipe.set_plan = [](v1::SessionPlan& plan) {
+    plan.subject_facts().age_years(31.0);
+    plan.subject_facts().sex("female");
+    plan.operator_name("Ada");
+    plan.study("=posture");  // no formula in a spreadsheet
+    plan.is_pilot(true);
+  };
+  v1::SessionNote note;
+  note.kind("marker");
+  note.text("music");
+  note.written_by("Ada");
+  note.trial_id(recipe.trials.at(0).report.plan.trial);
+  recipe.notes = {note};
+  const auto record = made_up::put_session(store, std::move(recipe));
+  const auto session = *store::read_session(store, record.session);
+  ASSERT_TRUE(export_csv(store, session, folder_ / "csv"));
+  const auto trials = lines_of(folder_ / "csv" / "trials.csv");
+  EXPECT_NE(trials[3].find(",false,rejected by hand by Ada: coughed,"), std::string::npos) << trials[3];
+  EXPECT_NE(trials[4].find(",true,"), std::string::npos);
+  const auto facts = lines_of(folder_ / "csv" / "session.csv");
+  ASSERT_EQ(facts.size(), 2U);
+  EXPECT_NE(facts[1].find(",Ada,'=posture,true,31,female,,"), std::string::npos) << facts[1];
+  const auto notes = lines_of(folder_ / "csv" / "notes.csv");
+  ASSERT_EQ(notes.size(), 2U);
+  EXPECT_NE(notes[1].find(",marker,1,music,Ada,,"), std::string::npos) << notes[1];  // no rig was heard
+
+  ASSERT_TRUE(export_hdf5(store, session, folder_ / "session.h5"));
+  const hid_t file = H5Fopen((folder_ / "session.h5").c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  ASSERT_GE(file, 0);
+  for (const char* name : {"operator", "study", "is_pilot", "age_years", "height_m"})
+    EXPECT_GT(H5Aexists(file, name), 0) << name;
+  for (const char* name : {"kind", "text", "attempt", "has_rig_clock"})
+    EXPECT_GT(H5Aexists_by_name(file, "/notes/001", name, H5P_DEFAULT), 0) << name;
+  H5Fclose(file);
 }
 
 TEST_F(Export, WritesHdf5WithAUnitAtEveryDataset) {

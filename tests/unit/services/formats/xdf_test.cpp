@@ -123,6 +123,36 @@ TEST_F(XdfExport, MarksBeginOnsetAndEndOfEveryTrialWithItsVerdict) {
   }));
 }
 
+TEST_F(XdfExport, HasNotesAndMarkersAtTheirTimeByTheRigsClockOnceEach) {
+  const auto samples = store::read_trial_samples(store_, session_.trials[0]).value().samples;
+  v1::SessionNote note;
+  note.kind("note");
+  note.text("tired <b>");
+  note.written_by("Ada");
+  note.trial_id(session_.trials[0].trial);
+  note.has_rig_clock(true);
+  note.epoch(session_.trials[0].outcome->value.epoch());
+  note.rig_clock_ns(samples[100].acquisition_ns());
+  v1::SessionNote marker = note;
+  marker.kind("marker");
+  marker.text("music");
+  marker.written_by("");
+  marker.trial_id({});
+  marker.rig_clock_ns(samples[100].acquisition_ns() + 3'600'000'000'000);  // after the last trial
+  v1::SessionNote without_rig = note;
+  without_rig.has_rig_clock(false);
+  session_.notes = {{note, 0}, {marker, 0}, {without_rig, 0}};
+  Xdf file;
+  ASSERT_EQ(file.load_xdf(write()), 0);
+  std::multimap<std::string, double> events;
+  for (const auto& [event, stream] : file.eventMap) events.emplace(event.first, event.second);
+  ASSERT_EQ(events.count("note by Ada on trial 1: tired <b>"), 1U);
+  EXPECT_EQ(events.find("note by Ada on trial 1: tired <b>")->second,
+            static_cast<double>(note.rig_clock_ns()) * 1e-9);
+  EXPECT_EQ(events.count("marker: music"), 1U);
+  EXPECT_EQ(events.size(), 3 * session_.trials.size() + 2);
+}
+
 TEST_F(XdfExport, ItsClockOffsetsLeadToTheArchivesClock) {
   add_offset(2, 1, kOffset, 0);  // the archive asked the rig
   add_offset(1, 2, -kOffset, 10'000'000'000);

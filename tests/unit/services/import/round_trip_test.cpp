@@ -1,5 +1,8 @@
+#include <algorithm>
 #include <cmath>
+#include <fstream>
 #include <gtest/gtest.h>
+#include <sstream>
 
 #include "services/formats/session_recordings.hpp"
 #include "services/import/session_import.hpp"
@@ -143,6 +146,101 @@ TEST_F(RoundTrip, KeepsWhyATrialDoesNotCount) {
   EXPECT_FALSE(again.trials[5].verdict->value.is_valid());
   EXPECT_NE(again.trials[5].verdict->value.detail().find("broken off"), std::string::npos);
   expect_same_numbers(session, again);
+}
+
+TEST_F(RoundTrip, KeepsWhichTrialWasRejectedByHandAndTheEstimatesWithoutIt) {
+  auto recipe = made_up::unloaded_session();
+  recipe.reviewed_attempt = 5;
+  const auto session = archived(std::move(recipe));
+  const auto again = there_and_back(session);
+  EXPECT_NE(store::why_not_counted(again.trials.at(4)).find("rejected by hand by Ada: coughed"),
+            std::string::npos)
+      << store::why_not_counted(again.trials.at(4));
+  expect_same_numbers(session, again);
+}
+
+TEST_F(RoundTrip, KeepsWhoWasMeasuredByWhomAndForWhat) {
+  auto recipe = made_up::unloaded_session();
+  recipe.set_plan = [](v1::SessionPlan& plan) {
+    v1::SubjectFacts& facts = plan.subject_facts();
+    facts.age_years(31.5);
+    facts.sex("female");
+    facts.handedness("left");
+    facts.measured_arm("right");
+    facts.height_m(1.68);
+    facts.weight_kg(61.25);
+    facts.link_lengths_m({0.302, 0.338});
+    facts.circumferences_m({0.281, 0.247});
+    facts.shoulder_m({-0.21, 0.4});
+    plan.operator_name("Ada");
+    plan.study("posture 2026");
+    plan.is_pilot(true);
+  };
+  const auto session = archived(std::move(recipe));
+  const auto again = there_and_back(session);
+  EXPECT_EQ(again.plan.subject_facts(), session.plan.subject_facts());
+  EXPECT_EQ(again.plan.operator_name(), "Ada");
+  EXPECT_EQ(again.plan.study(), "posture 2026");
+  EXPECT_TRUE(again.plan.is_pilot());
+}
+
+TEST_F(RoundTrip, WritesAnAgeOf89AsOneThatNobodyIsKnownBy) {
+  auto recipe = made_up::unloaded_session();
+  recipe.set_plan = [](v1::SessionPlan& plan) { plan.subject_facts().age_years(89.0); };
+  const auto again = there_and_back(archived(std::move(recipe)));
+  EXPECT_EQ(again.plan.subject_facts().age_years(), 89.0);
+  std::ifstream in(folder_ / "dataset" / "participants.tsv");
+  std::stringstream text;
+  text << in.rdbuf();
+  EXPECT_EQ(text.str(), "participant_id\tage\nsub-07\t89+\n");
+}
+
+TEST_F(RoundTrip, OfASubjectWhoCannotBeIsRefusedByName) {
+  const auto session = archived(made_up::unloaded_session());
+  auto recordings = *formats::recordings_of(original_, session);
+  recordings.front().participant.height_m = 178.0;  // cm
+  const auto imported = import_recordings(copy_, recordings, {"dataset", "0.1.0", 99});
+  ASSERT_FALSE(imported);
+  EXPECT_EQ(imported.error().message, "sub-07: height: 178 is not allowed; expected 0.3 to 2.6 m");
+}
+
+TEST_F(RoundTrip, WritesANoteAtItsTimeInTheRecordThatItFallsIn) {
+  auto recipe = made_up::unloaded_session();
+  const auto& second = recipe.trials.at(1);
+  v1::SessionNote note;
+  note.kind("note");
+  note.text("the subject\tis tired");
+  note.written_by("Ada");
+  note.trial_id(second.report.plan.trial);
+  note.has_rig_clock(true);
+  note.epoch(second.report.epoch);
+  note.rig_clock_ns(second.rows.at(100).raw.acquisition_ns);
+  v1::SessionNote outside = note;
+  outside.has_rig_clock(false);
+  recipe.notes = {note, outside};
+  const auto session = archived(std::move(recipe));
+  ASSERT_EQ(session.notes.size(), 2U);
+  const auto recordings = *formats::recordings_of(original_, session);
+  const auto& notes = recordings.at(0).notes;
+  ASSERT_FALSE(notes.empty());
+  // Made-up trials have clocks of their own that begin anew, so that the note may fall into several of them.
+  const auto found = std::ranges::find_if(notes, [](const auto& n) {
+    return std::abs(n.onset_s - (650.0 + 100.0) / identification::testing::kRate) < 1e-9;
+  });
+  ASSERT_NE(found, notes.end());
+  EXPECT_EQ(found->trial, 2);
+  (void)there_and_back(session);
+  std::string row;
+  for (const auto& entry : std::filesystem::recursive_directory_iterator(folder_ / "dataset")) {
+    if (!entry.path().string().ends_with("_events.tsv")) continue;
+    std::ifstream in(entry.path());
+    for (std::string line; std::getline(in, line);) {
+      if (line.find("\tnote\t2\t") != std::string::npos && line.starts_with("3.75\t")) row = line;
+    }
+  }
+  std::string cells;
+  for (int i = 0; i < 13; ++i) cells += "\tn/a";
+  EXPECT_EQ(row, "3.75\t0\tnote\t2" + cells + "\tthe subject is tired\tAda");
 }
 
 TEST_F(RoundTrip, OfASessionWithLostSamplesMarksThemAsMissing) {

@@ -210,8 +210,8 @@ TEST_F(DatasetErrors, NameChannelsThatCannotBeUsed) {
                 ": channels angle, emg are not allowed: needed are q1, q2, f1, f2, or x, y, fx, fy, or one "
                 "channel of "
                 "type JNTANG or POS and one of type MISC in N or N m");
-  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\tdeg\ntorque\tMISC\tN m\n"),
-            file + ":2: column 'units': 'deg' is not allowed; expected 'm' or 'rad'");
+  EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\tpx\ntorque\tMISC\tN m\n"),
+            file + ":2: column 'units': 'px' is not allowed; expected 'm' or 'rad'");
   EXPECT_EQ(refusal_of(file, "name\ttype\tunits\nangle\tJNTANG\trad\nforce\tMISC\tN\n"),
             file + ":3: column 'units': 'N' is not allowed; expected 'N m' for channel force");
   EXPECT_EQ(refusal_of(file, "name\ttype\nangle\tJNTANG\n"),

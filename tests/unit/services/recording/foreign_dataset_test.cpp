@@ -160,5 +160,70 @@ TEST_F(ForeignDataset, AnAgeOfAtLeastSoManyYearsIsWrittenAsItWasRead) {
   EXPECT_NE(content(folder_ / "copy" / "participants.tsv").find("89+"), std::string::npos);
 }
 
+TEST_F(ForeignDataset, TakesChannelsInTheUnitsThatProgramsWrite) {
+  put_one_axis();
+  put(kOneAxisStem + "_channels.tsv",
+      "name\ttype\tunits\nangle\tJNTANG\tdeg\ntorque\tMISC\tN mm\nt\tLATENCY\tms\n");
+  put(kOneAxisStem + "_motion.tsv", "180\t-2\t0\n90\t3e3\t1\n");
+  const auto recordings = read();
+  ASSERT_EQ(recordings.size(), 1U);
+  EXPECT_EQ(recordings[0].displacement_unit, "rad");
+  EXPECT_EQ(recordings[0].force_unit, "N m");
+  EXPECT_NEAR(recordings[0].rows[0].raw.encoder_count[0], 3.14159265358979, 1e-12);
+  EXPECT_NEAR(recordings[0].rows[0].raw.force_V[0], -0.002, 1e-15);
+  EXPECT_NEAR(recordings[0].rows[1].raw.force_V[0], 3.0, 1e-12);
+}
+
+TEST_F(ForeignDataset, ImportAndReplayLeaveOutWhatIdentificationLeavesOut) {
+  put_one_axis();
+  put("sub-07/motion/sub-07_task-hold_run-03_motion.tsv", "1\t2\n");
+  put_run("sub-07/motion/sub-07_task-hold_tracksys-servo_run-04", "1\tbroken\n");
+  const auto usable = read_usable(root_);
+  ASSERT_TRUE(usable) << usable.error().message;
+  const Dataset dataset = opened();
+  ASSERT_EQ(usable->recordings.size(), 1U);
+  ASSERT_EQ(usable->left_out.size(), dataset.left_out().size() + 1);
+  EXPECT_EQ(usable->left_out.front(), dataset.left_out().front());
+  EXPECT_NE(usable->left_out.back().find("'broken' is not allowed"), std::string::npos)
+      << usable->left_out.back();
+}
+
+TEST_F(ForeignDataset, AForceSignThatOneRecordingRefusesLeavesItOut) {
+  put_one_axis();
+  UsableRecordings usable = read_usable(root_).value();
+  usable.recordings.push_back(usable.recordings.front());
+  usable.recordings.back().is_raw = true;
+  ASSERT_TRUE(state_force_sign(usable, -1));
+  ASSERT_EQ(usable.recordings.size(), 1U);
+  EXPECT_EQ(usable.recordings[0].rig.force_calibration(0, 0), -1.0);
+  EXPECT_EQ(usable.left_out.size(), 1U);
+  usable.recordings[0].is_raw = true;
+  EXPECT_FALSE(state_force_sign(usable, -1));
+}
+
+TEST_F(ForeignDataset, AReplayPlaysTheEventsOfARecordThatCountAndNothingElse) {
+  put_one_axis();
+  put(kOneAxisStem + "_motion.tsv", "1\t1\n2\t2\n3\t3\n4\t4\n5\t5\n6\t6\n");
+  put(kOneAxisStem + "_events.tsv",
+      "onset\tduration\tvalid\n0.001\t0.001\ttrue\n0.003\t0.001\ttrue\n0\t0.001\tfalse\n");
+  UsableRecordings usable = read_usable(root_).value();
+  const auto whole = usable.recordings[0];
+  ASSERT_TRUE(keep_what_counts(usable));
+  const Recording& cut = usable.recordings[0];
+  ASSERT_EQ(usable.left_out.size(), 1U);
+  EXPECT_NE(usable.left_out[0].find("flagged invalid"), std::string::npos) << usable.left_out[0];
+  const Stretch first = stretch_of(whole, whole.events[1]);
+  const Stretch last = stretch_of(whole, whole.events[2]);
+  ASSERT_EQ(cut.rows.size(), last.last - first.first + 1);
+  ASSERT_EQ(cut.events.size(), 1U);
+  for (std::size_t i = 0; i < cut.rows.size(); ++i) {
+    const std::size_t row = first.first + i;
+    const bool is_used = row <= first.last || row >= last.first;
+    EXPECT_EQ(cut.rows[i].is_missing, !is_used) << row;
+    if (!is_used) continue;
+    EXPECT_EQ(cut.rows[i].raw.encoder_count[0], whole.rows[row].raw.encoder_count[0]);
+  }
+}
+
 }  // namespace
 }  // namespace tonus::recording

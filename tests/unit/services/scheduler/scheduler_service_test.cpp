@@ -8,6 +8,7 @@
 
 #include "idl/topics.hpp"
 #include "services/bus/memory/memory_fabric.hpp"
+#include "services/contract/subject.hpp"
 #include "services/runtime/drain.hpp"
 #include "services/runtime/version.hpp"
 #include "tests/support/scheduler_lab/lab.hpp"
@@ -75,6 +76,7 @@ class Peers {
     command.request(v1::SESSION_START);
     command.protocol_toml(protocol);
     command.subject("s01");
+    command.subject_facts(contract::unknown_subject());
     EXPECT_TRUE(requests_.write(command).has_value());
   }
 

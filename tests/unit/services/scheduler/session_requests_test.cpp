@@ -3,6 +3,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 
+#include "services/contract/subject.hpp"
 #include "services/scheduler/session_machine.hpp"
 #include "tests/support/scheduler_lab/lab.hpp"
 
@@ -84,6 +85,7 @@ TEST(Start, BeginsANewSessionAfterTheLast) {
   next.request(v1::SESSION_START);
   next.protocol_toml(small_protocol());
   next.subject("s02");
+  next.subject_facts(contract::unknown_subject());
   lab.take(lab.machine().on_command(next));
   EXPECT_TRUE(lab.reply_to("next")->is_done());
   EXPECT_TRUE(lab.run_to_end());

@@ -101,6 +101,52 @@ class SessionReader : public ::testing::Test {
   std::uint64_t time_ = 100;
 };
 
+TEST_F(SessionReader, CombinesAVerdictWithWhatAnOperatorSaidAfterIt) {
+  put_plan(kFirst);
+  put_outcome(kFirst, 1, kFirst);
+  put_verdict(kFirst, 1, true);
+  put_outcome(kFirst, 2, kFirst);
+  put_verdict(kFirst, 2, true);
+  v1::TrialReview review;
+  review.trial_id(trial_id(kFirst, 2));
+  review.session_id(kFirst);
+  review.attempt(2);
+  review.is_rejected(true);
+  review.reason("coughed");
+  review.reviewed_by("Ada");
+  put(topics::kTrialReview, review.trial_id(), review, kSecond);  // archived when the next session had begun
+  const auto session = *read_session(store_, kFirst);
+  ASSERT_EQ(session.trials.size(), 2U);
+  EXPECT_TRUE(standing_verdict(session.trials[0])->is_valid());
+  EXPECT_FALSE(standing_verdict(session.trials[1])->is_valid());
+  EXPECT_TRUE(session.trials[1].verdict->value.is_valid());  // as it was published
+  EXPECT_EQ(why_not_counted(session.trials[0]), "");
+  EXPECT_EQ(why_not_counted(session.trials[1]), "rejected by hand by Ada: coughed");
+}
+
+TEST_F(SessionReader, GivesEachNoteOnceInTheOrderOfWriting) {
+  put_plan(kFirst);
+  put_outcome(kFirst, 1, kFirst);
+  const auto put_note = [&](const std::string& text, std::uint64_t written, std::uint32_t attempt) {
+    v1::SessionNote note;
+    note.note_id(id_of(text));
+    note.session_id(kFirst);
+    if (attempt > 0) note.trial_id(trial_id(kFirst, attempt));
+    note.text(text);
+    note.written_ns(written);
+    put(topics::kSessionNote, note.note_id(), note, kFirst);
+  };
+  put_note("second", 20, 1);
+  put_note("first", 10, 0);
+  put_note("second", 20, 1);  // published anew by a restarted scheduler
+  const auto session = *read_session(store_, kFirst);
+  ASSERT_EQ(session.notes.size(), 2U);
+  EXPECT_EQ(session.notes[0].value.text(), "first");
+  EXPECT_EQ(session.notes[1].value.text(), "second");
+  EXPECT_EQ(attempt_of(session, session.notes[0].value), 0U);
+  EXPECT_EQ(attempt_of(session, session.notes[1].value), 1U);
+}
+
 TEST_F(SessionReader, FindsASessionByItsIdAndByTheBeginningOfIt) {
   const std::string hex = to_hex(kFirst);
   EXPECT_EQ(find_session(store_, hex)->session, kFirst);

@@ -70,6 +70,43 @@ TEST_F(VerificationTest, TakesAnEstimateForRightThatNamesFewerTrialsAndSaysSo) {
   EXPECT_TRUE(v.is_well());
 }
 
+TEST_F(VerificationTest, OfASessionWithATrialRejectedByHandIdentifiesWithoutIt) {
+  auto recipe = made_up::unloaded_session();
+  recipe.reviewed_attempt = 5;
+  const auto v = verify(recipe);
+  EXPECT_TRUE(v.is_well()) << v.problems.front();
+  ASSERT_EQ(v.estimates.size(), 1U);
+  EXPECT_EQ(v.estimates[0].outcome, Outcome::kEqual);
+  EXPECT_EQ(v.estimates[0].estimate.trials_used(), 15U);
+  EXPECT_EQ(v.estimates[0].estimate.trials_rejected(), 1U);
+  EXPECT_EQ(v.verdicts.at(4).published, "rejected by hand by Ada: coughed");
+  EXPECT_TRUE(v.verdicts.at(4).is_equal);
+
+  // The same numbers as of a session that never had the trial.
+  store::MemoryStore other;
+  recipe.reviewed_attempt = 0;
+  std::erase_if(recipe.trials, [](const auto& trial) { return trial.report.plan.attempt == 5; });
+  const auto record = made_up::put_session(other, recipe);
+  const auto without = store::newest_estimates(*store::read_session(other, record.session));
+  ASSERT_EQ(without.size(), 1U);
+  EXPECT_EQ(v.estimates[0].estimate.stiffness_N_per_m().value(), without[0].stiffness_N_per_m().value());
+  EXPECT_EQ(v.estimates[0].estimate.mass_kg().high95(), without[0].mass_kg().high95());
+  EXPECT_EQ(v.estimates[0].estimate.natural_frequency_Hz(), without[0].natural_frequency_Hz());
+}
+
+TEST_F(VerificationTest, FindsAnEstimateThatStillHasATrialRejectedByHand) {
+  auto recipe = made_up::unloaded_session();
+  store::MemoryStore other;
+  const auto record = made_up::put_session(other, recipe);
+  const v1::Estimate with_it = store::newest_estimates(*store::read_session(other, record.session)).at(0);
+  recipe.reviewed_attempt = 5;
+  recipe.spoil_estimate = [&](v1::Estimate& e) { e = with_it; };
+  const auto v = verify(std::move(recipe));
+  ASSERT_EQ(v.estimates.size(), 1U);
+  EXPECT_NE(v.estimates[0].outcome, Outcome::kEqual);
+  EXPECT_FALSE(v.is_well());
+}
+
 TEST_F(VerificationTest, CountsTheSamplesThatAreMissingInATrial) {
   auto recipe = made_up::unloaded_session();
   recipe.is_block_lost = [](std::uint64_t first) { return first == 1000 + 4 * 650 + 100; };  // of attempt 5

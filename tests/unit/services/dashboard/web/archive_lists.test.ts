@@ -5,7 +5,7 @@ import { differences, filtered, newestOf, sorted, type SessionEntry } from "../.
 import { estimate, matrix } from "./estimate";
 
 const entry = (more: Partial<SessionEntry>): SessionEntry => ({
-  session_id: "aa", subject: "sub-01", protocol: "unloaded", seed: 7, planned_trials: 24, started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0", ...more,
+  session_id: "aa", subject: "sub-01", protocol: "unloaded", seed: 7, planned_trials: 24, started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0", study: "", is_pilot: false, state: "completed", ...more,
 });
 
 test("the filter's words may be in any field, and all of them have to be there", () => {

@@ -5,12 +5,12 @@ import { test } from "node:test";
 import { RigMode, SessionPhase, type RigState, type SessionState } from "../../../../../services/dashboard/web/src/contract";
 import { reasonsAgainst, stopOf, stripOf, type DeskView } from "../../../../../services/dashboard/web/src/desk_state";
 import { cleanName } from "../../../../../services/dashboard/web/src/operator_name";
-import { knownSubjects, subjectProblem } from "../../../../../services/dashboard/web/src/start_rules";
+import { subjectProblem, subjectText } from "../../../../../services/dashboard/web/src/start_rules";
 import { english, subjectLineOf, textsProblem } from "../../../../../services/dashboard/web/src/subject_lines";
 
 const session = (phase: SessionPhase, more: Partial<SessionState> = {}): SessionState => ({
   session_id: new Uint8Array(16), phase, waiting_for: "", message: "", posture: "distal", trial_id: new Uint8Array(16),
-  attempts: 7, counted: 5, rejected: 1, planned: 40, remaining_s: 118, experiment_s: 0, ...more,
+  attempts: 7, counted: 5, rejected: 1, planned: 40, remaining_s: 118, experiment_s: 0, conditions: [], ...more,
 });
 
 const rig = (mode: RigMode, heldBecause = ""): RigState => ({
@@ -102,7 +102,8 @@ test("each language has each of the subject's lines", () => {
 test("a subject's id is one that BIDS allows", () => {
   for (const id of ["sub-01", "01", "sub-Anna7"]) assert.equal(subjectProblem(id), "");
   for (const id of ["", " ", "sub-", "sub-01_b", "a b", "../x", "sub-é"]) assert.notEqual(subjectProblem(id), "", id);
-  assert.deepEqual(knownSubjects([{ subject: "sub-10" }, { subject: "sub-2" }, { subject: "sub-10" }]), [{ id: "sub-2", sessions: 1 }, { id: "sub-10", sessions: 2 }]);
+  assert.equal(subjectText({ subject: "sub-2", sessions: 2, pilot_sessions: 1, subject_facts: {} }), "sub-2 (2 sessions, 1 pilot)");
+  assert.equal(subjectText({ subject: "sub-10", sessions: 1, pilot_sessions: 0, subject_facts: {} }), "sub-10 (1 session)");
 });
 
 test("an operator's name cannot be read as another part of the record", () => {

@@ -1,29 +1,24 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { EstimateStatus } from "../../../../../services/dashboard/web/src/contract";
-import { halfWidthsOf, numbersOfElements, relativeHalfWidth } from "../../../../../services/dashboard/web/src/ellipse_numbers";
+import { intervalOf, relativeHalfWidth, withInterval } from "../../../../../services/dashboard/web/src/ellipse_numbers";
 import { progressText } from "../../../../../services/dashboard/web/src/ellipse_table";
 import { colourOf, dashOf, isToldApartInGrey, placesOf } from "../../../../../services/dashboard/web/src/posture_style";
 import { estimate, matrix } from "./estimate";
 
 const near = (found: number, wanted: number, within = 1e-6): void => assert.ok(Math.abs(found - wanted) <= within * Math.max(1, Math.abs(wanted)), `${found} is not ${wanted}`);
 
-test("size, shape, orientation and curl are those of the closed form", () => {
-  const found = numbersOfElements([3, 1.2, 0.8, 3])!; // eigenvalues of the symmetric part 4 and 2, at 45 deg; za 0.2
-  near(found.size, 8 * Math.PI);
-  near(found.shape, 2);
-  near(found.orientation_deg, 45);
-  near(found.curl, 0.2 / Math.sqrt(8));
-  assert.equal(numbersOfElements([1, 2, 2, 1]), undefined);
+test("a number is shown with its interval, to two digits of what is known of it", () => {
+  assert.deepEqual(intervalOf(matrix(), "shape"), [0.47, 0.53]);
+  assert.equal(withInterval(0.5, [0.47, 0.53]), "0.500 [0.470, 0.530]");
+  assert.equal(withInterval(31.4159, [28, 35]), "31.4 [28.0, 35.0]");
+  assert.equal(withInterval(88, [71, 105]), "88 [71, 105]");
 });
 
-test("half widths are the first-order ones of a diagonal matrix", () => {
-  // diag(2, 1), errors 0.1, quantile 2: d size = pi (dxx + 2 dyy), d shape = dxx - 2 dyy, d angle = (dxy + dyx)/2, curl has
-  // a corner at zero, where the derivative is zero by symmetry.
-  const half = halfWidthsOf(matrix());
-  near(half.size, 0.2 * Math.PI * Math.sqrt(5), 1e-4);
-  near(half.shape, 0.2 * Math.sqrt(5), 1e-4);
-  near(half.orientation_deg, (0.2 * Math.SQRT1_2 * 180) / Math.PI, 1e-4);
+test("an interval that is not known is not shown", () => {
+  for (const low of [NaN, -Infinity]) assert.equal(intervalOf(matrix({ size_low95: low }), "size"), undefined);
+  assert.equal(withInterval(2, undefined), "2.000");
+  assert.equal(withInterval(NaN, undefined), "–");
 });
 
 test("how well a posture is known is the widest interval over the largest element, after its trials of the plan", () => {

@@ -5,6 +5,8 @@ export function matrix(changes: Partial<MatrixEstimate> = {}): MatrixEstimate {
   return {
     value: new Float64Array([2, 0, 0, 1]),
     standard_error: new Float64Array([0.1, 0.1, 0.1, 0.1]),
+    covariance: new Float64Array(16).fill(NaN),
+    known_bias: new Float64Array(4).fill(NaN),
     low95: new Float64Array([1.8, -0.2, -0.2, 0.8]),
     high95: new Float64Array([2.2, 0.2, 0.2, 1.2]),
     has_ellipse: true,
@@ -12,6 +14,14 @@ export function matrix(changes: Partial<MatrixEstimate> = {}): MatrixEstimate {
     shape: 0.5,
     orientation_deg: 0,
     curl: 0,
+    size_low95: 6,
+    size_high95: 6.5,
+    shape_low95: 0.47,
+    shape_high95: 0.53,
+    orientation_low95_deg: -4,
+    orientation_high95_deg: 4,
+    curl_low95: 0,
+    curl_high95: 0.02,
     ...changes,
   };
 }
@@ -19,6 +29,7 @@ export function matrix(changes: Partial<MatrixEstimate> = {}): MatrixEstimate {
 const vector = (): VectorEstimate => ({
   value: new Float64Array([0.001, -0.002]),
   standard_error: new Float64Array(2),
+  covariance: new Float64Array(4).fill(NaN),
   low95: new Float64Array(2),
   high95: new Float64Array(2),
 });
@@ -66,6 +77,7 @@ export function estimate(changes: Partial<Estimate> = {}): Estimate {
     checks: [],
     parameters: [],
     compared_models: "",
+    prior: "",
     trials: [],
     ...changes,
   };

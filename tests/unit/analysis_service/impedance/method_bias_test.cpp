@@ -1,0 +1,118 @@
+#include "analysis_service/impedance/method_bias.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <gtest/gtest.h>
+
+#include "analysis_service/impedance/cross_check.hpp"
+#include "analysis_service/impedance/parameters.hpp"
+#include "analysis_service/impedance/refined_identification.hpp"
+#include "tests/support/impedance/linear_rig.hpp"
+
+namespace tonus::impedance::test {
+namespace {
+
+SimulatedRig rig_with_command() {
+  SimulatedRig rig;
+  rig.rise = 0.1;
+  rig.is_command_recorded = true;
+  return rig;
+}
+
+Options by(Method method) {
+  Options options;
+  options.method = method;
+  options.has_trace = false;
+  return options;
+}
+
+TEST(MethodBias, OfLowPassDifferencesIsWhatTheyErrOverManyConditions) {
+  const SimulatedArm arm = typical_subject();
+  constexpr int kConditions = 40;
+  Eigen::Matrix2d error = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d stated = error;
+  for (int seed = 1; seed <= kConditions; ++seed) {
+    const auto trials = simulate(arm, rig_with_command(), directions(), static_cast<std::uint64_t>(seed));
+    const Estimate found = identify(trials, by(Method::kLowpass)).value();
+    ASSERT_EQ(found.uncertainty.M.known_bias.rows(), 2);
+    error += (Eigen::Matrix2d(found.value.M) - arm.impedance.M) / kConditions;
+    stated += Eigen::Matrix2d(found.uncertainty.M.known_bias) / kConditions;
+  }
+  const double largest = arm.impedance.M.cwiseAbs().maxCoeff();
+  EXPECT_GT(error.cwiseAbs().maxCoeff(), 0.03 * largest);  // there is a bias to find
+  EXPECT_LT((error - stated).cwiseAbs().maxCoeff(), 0.15 * error.cwiseAbs().maxCoeff());
+}
+
+TEST(MethodBias, WidensIntervalsAndLeavesTheValue) {
+  auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
+  const Estimate with = identify(trials, by(Method::kLowpass)).value();
+  for (Trial& trial : trials) trial.commanded.resize(0, 0);
+  const Estimate without = identify(trials, by(Method::kLowpass)).value();
+  EXPECT_EQ(without.uncertainty.M.known_bias.size(), 0);
+  EXPECT_EQ(flatten(with.value), flatten(without.value));
+  EXPECT_TRUE((flatten(with.low).array() <= flatten(without.low).array()).all());
+  EXPECT_TRUE((flatten(with.high).array() >= flatten(without.high).array()).all());
+  const AxisMatrix& bias = with.uncertainty.M.known_bias;
+  EXPECT_NEAR(with.high.M(0, 0) - without.high.M(0, 0), std::max(0.0, -bias(0, 0)), 1e-12);
+}
+
+TEST(MethodBias, DoesNotDependOnTheOrderOfTheTrials) {
+  auto trials = simulate(typical_subject(), rig_with_command(), directions(), 4);
+  const Estimate once = identify(trials, by(Method::kOptimal)).value();
+  std::ranges::reverse(trials);
+  EXPECT_EQ(once.uncertainty.B.known_bias,
+            identify(trials, by(Method::kOptimal)).value().uncertainty.B.known_bias);
+}
+
+TEST(MethodBias, IsNotStatedForRefined) {
+  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
+  EXPECT_EQ(identify(trials, by(Method::kRefined)).value().uncertainty.K.known_bias.size(), 0);
+}
+
+TEST(ResampledCondition, IsTheMeasuredConditionWhereEachTrialGetsItsOwnBack) {
+  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
+  std::vector<const Trial*> pointers;
+  for (const Trial& trial : trials) pointers.push_back(&trial);
+  const ResampledCondition condition(pointers, find_refined(pointers, by(Method::kRefined)));
+  ASSERT_EQ(condition.size(), trials.size());
+  const Trial again = condition.trial(2, 2, 1.0, condition.impedance());
+  EXPECT_EQ(again.onset, trials[2].onset);
+  EXPECT_LT((again.displacement - trials[2].displacement).cwiseAbs().maxCoeff(), 1e-12);
+  EXPECT_LT((again.force - trials[2].force).cwiseAbs().maxCoeff(), 1e-9);
+}
+
+TEST(CrossCheck, PassesOnSoundDataAndStandsWithBothMethods) {
+  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
+  const auto value_of = [&](Method method) {
+    const Estimate found = identify(trials, by(method)).value();
+    const auto check = std::ranges::find(found.checks, FitTest::kCrossCheck, &FitCheck::test);
+    EXPECT_NE(check, found.checks.end()) << name_of(method);
+    EXPECT_TRUE(check->is_passed) << name_of(method) << check->value;
+    return check->value;
+  };
+  EXPECT_EQ(value_of(Method::kRefined), value_of(Method::kStateVariable));
+}
+
+TEST(CrossCheck, SaysWhichElementDiffersAndByHowMuch) {
+  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
+  std::vector<const Trial*> pointers;
+  for (const Trial& trial : trials) pointers.push_back(&trial);
+  const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
+  Estimate other = identify(trials, by(Method::kRefined)).value();
+  const double half = 0.5 * (other.high.K(1, 0) - other.low.K(1, 0));
+  const auto shifted_by = [&](double half_widths) {
+    Estimate shifted = other;
+    shifted.value.K(1, 0) += half_widths * half;
+    return cross_check(refined, shifted).value();
+  };
+  // Equal half-widths: the joint one is sqrt(2) of them.
+  EXPECT_NEAR(shifted_by(1.0).value, 1.0 / std::sqrt(2.0), 1e-6);
+  EXPECT_TRUE(shifted_by(1.0).is_passed());
+  const CrossCheck found = shifted_by(3.0);
+  EXPECT_FALSE(found.is_passed());
+  EXPECT_NE(found.detail.find("differ by 2.12 joint 95 % half-widths in K(2,1)"), std::string::npos)
+      << found.detail;
+}
+
+}  // namespace
+}  // namespace tonus::impedance::test
