@@ -32,9 +32,7 @@ std::vector<std::string> mass_row(const study::Subject& subject, impedance::Meth
       row.emplace_back(kNone);
       continue;
     }
-    const auto truth = subject.truth
-                           ? std::optional(subject.truth->link_masses[link])
-                           : std::nullopt;
+    const auto truth = subject.truth ? std::optional(subject.truth->link_masses[link]) : std::nullopt;
     row.push_back(cell(intervals[static_cast<std::size_t>(link)], masses->mass[link], truth, 2, inside));
   }
   return row;

@@ -5,6 +5,7 @@
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
+#include "services/core/places.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/sqlite_store.hpp"
 
@@ -17,7 +18,7 @@ struct BackupOptions {
 };
 
 Result<void> copy(const std::string& from, const std::string& to, const char* what) {
-  if (from.find("://") != std::string::npos || to.find("://") != std::string::npos) {
+  if (is_url(from) || is_url(to)) {
     return fail(
         ErrorCode::kInvalidArgument,
         "an archive on a PostgreSQL server is not a file: its server's pg_dump and pg_restore copy it "

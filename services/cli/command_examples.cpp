@@ -45,6 +45,8 @@ constexpr Example kExamples[] = {
     {"import", "tonus import dataset --archive other.sqlite"},
     {"recover", "tonus recover broken.sqlite"},
     {"backup", "tonus backup archive-2026-11-28.sqlite"},
+    {"copy", "tonus copy postgresql://tonus@server/lab\n  tonus copy one.sqlite --session 4f1c"},
+    {"prune", "tonus prune --older-than 1825\n  tonus prune --session 4f1c --yes"},
     {"restore", "tonus restore archive-2026-11-28.sqlite"},
     {"config", "tonus config --config /etc/tonus/tonus.toml"},
     {"explain", "tonus explain off target"},

@@ -15,6 +15,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/core/json_text.hpp"
+#include "services/core/places.hpp"
 #include "services/core/text.hpp"
 #include "services/core/text_file.hpp"
 #include "services/recording/dataset.hpp"
@@ -66,8 +67,7 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
 /// it.
 Estimates identify_source(const IdentifyOptions& options, const std::vector<impedance::Options>& analyses) {
   const std::filesystem::path source = options.source;
-  const bool is_url = options.source.find("://") != std::string::npos;
-  if (is_url || std::filesystem::is_regular_file(source))
+  if (is_url(options.source) || std::filesystem::is_regular_file(source))
     return identify_archive(options.source, options, analyses);
   const auto in_folder = store::default_store(source);
   const bool is_dataset = std::filesystem::exists(source / "dataset_description.json");

@@ -28,6 +28,7 @@ void add_ls_command(CLI::App& app, Command& chosen);
 void add_show_command(CLI::App& app, Command& chosen);
 void add_verify_command(CLI::App& app, Command& chosen);
 void add_backup_commands(CLI::App& app, Command& chosen);  ///< backup, restore
+void add_copy_commands(CLI::App& app, Command& chosen);    ///< copy, prune
 void add_recover_command(CLI::App& app, Command& chosen);
 void add_export_command(CLI::App& app, Command& chosen);
 void add_import_command(CLI::App& app, Command& chosen);

@@ -35,6 +35,7 @@ int main(int argc, char** argv) {
   cli::add_import_command(app, chosen);
   cli::add_recover_command(app, chosen);
   cli::add_backup_commands(app, chosen);
+  cli::add_copy_commands(app, chosen);
   cli::add_config_command(app, chosen);
   cli::add_explain_command(app, chosen);
   cli::add_examples(app);

@@ -84,4 +84,6 @@ Result<fs::path> default_rig_folder(const std::string& rig) {
   return folder / "rigs" / rig;
 }
 
+bool is_url(const std::string& name) { return name.find("://") != std::string::npos; }
+
 }  // namespace tonus

@@ -18,4 +18,7 @@ namespace tonus {
 /// one for all users of the machine, else rigs/<rig> in the default data folder. It is not made.
 [[nodiscard]] Result<std::filesystem::path> default_rig_folder(const std::string& rig);
 
+/// Whether the name of an archive is a URL, that is, of a database on a server, and not a path.
+[[nodiscard]] bool is_url(const std::string& name);
+
 }  // namespace tonus

@@ -99,12 +99,22 @@ Result<void> Ledger::check(const record::Reviewed& reviewed) const {
 }
 
 void Ledger::find_block() {
-  if (state_.last_block && state_.is_open(*state_.last_block)) {
-    state_.block = *state_.last_block;
-    return;
+  const std::size_t blocks = state_.plan.blocks.size();
+  const auto first_of = [&](const auto& suits) {
+    std::size_t block = 0;
+    while (block < blocks && !(state_.is_open(block) && suits(block))) ++block;
+    return block;
+  };
+  state_.block = blocks;
+  if (state_.last_block) {
+    const auto posture = state_.plan.blocks[*state_.last_block].posture_index;
+    state_.block = first_of([&](std::size_t block) { return block == state_.last_block; });
+    if (state_.block == blocks) {
+      state_.block =
+          first_of([&](std::size_t block) { return state_.plan.blocks[block].posture_index == posture; });
+    }
   }
-  state_.block = 0;
-  while (state_.block < state_.remaining.size() && !state_.is_open(state_.block)) ++state_.block;
+  if (state_.block == blocks) state_.block = first_of([](std::size_t) { return true; });
 }
 
 void Ledger::take(const record::Bound& bound) {

@@ -23,8 +23,8 @@ struct LedgerState {
   std::optional<record::Bound> bound;
 
   std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
-  /// Where the last trial was, as long as trials remain there; else the first open;
-  /// plan.blocks.size(): none. It goes back only for a trial that was rejected by hand.
+  /// Where the next trial is: in the block of the last one as long as it is open, then at its posture, then the
+  /// first that is open; plan.blocks.size(): none. It goes back only for a trial that was rejected by hand.
   std::size_t block = 0;
   std::optional<std::size_t> last_block;      ///< Of the trial that was commanded last.
   std::optional<v1::TrialProgram> in_flight;  ///< Commanded, not yet settled.

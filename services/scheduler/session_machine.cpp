@@ -147,7 +147,9 @@ std::optional<SessionMachine::Hold> SessionMachine::find_hold() {
                                 s.counted, owed));
     return std::nullopt;
   }
-  if (s.is_pause_wanted) return Hold{v1::SESSION_PAUSED, "operator: resume", Asks::kNobody};
+  if (s.is_pause_wanted) {
+    return Hold{v1::SESSION_PAUSED, is_held() ? clear_then_resume() : "operator: resume", Asks::kNobody};
+  }
   if (auto hold = hold_for_rig(); hold || !is_active()) return hold;
   return hold_for_block();
 }
@@ -156,14 +158,14 @@ SessionMachine::Hold SessionMachine::service_hold(const std::string& what) const
   return {ledger_.state().attempts == 0 ? v1::SESSION_PREPARING : v1::SESSION_WAITING, what, Asks::kNobody};
 }
 
+std::string SessionMachine::clear_then_resume() const {
+  return fmt::format("operator: the rig is held ({}); when it is safe, clear it, then resume",
+                     rig_state_->held_because());
+}
+
 std::optional<SessionMachine::Hold> SessionMachine::hold_for_rig() {
   const LedgerState& s = ledger_.state();
-  if (is_held()) {
-    return Hold{v1::SESSION_WAITING,
-                fmt::format("operator: the rig is held ({}); when it is safe, clear it, then resume",
-                            rig_state_->held_because()),
-                Asks::kNobody};
-  }
+  if (is_held()) return Hold{v1::SESSION_WAITING, clear_then_resume(), Asks::kNobody};
   if (!roster_missing_.empty()) return service_hold(roster_missing_);
   if (!facts_) return service_hold(facts_problem_);
   if (!s.bound) {

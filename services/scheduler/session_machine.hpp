@@ -192,6 +192,8 @@ class SessionMachine {
   void note_rig_mode(const v1::RigState& state);
   [[nodiscard]] bool is_armed() const { return armed_epoch_.has_value(); }
   [[nodiscard]] bool is_held() const { return rig_state_ && rig_state_->mode() == v1::RIG_HELD; }
+  /// What an operator has to do about a held rig.
+  [[nodiscard]] std::string clear_then_resume() const;
   void answer(const Id& request_id, bool is_done, const std::string& message);
   void answer_pending(v1::SessionRequest request, bool is_done, const std::string& message);
   void reply(const Id& session_id, const Id& request_id, bool is_done, const std::string& message);

@@ -1,6 +1,7 @@
 #include "services/store/open_store.hpp"
 
 #include "services/core/passwords.hpp"
+#include "services/core/places.hpp"
 #include "services/store/memory_store.hpp"
 #include "services/store/postgres_store.hpp"
 #include "services/store/sqlite_store.hpp"
@@ -22,7 +23,7 @@ Result<std::unique_ptr<Store>> open(const std::string& name, SqliteStore::Access
                                                                           : PostgresStore::Access::kRead));
     return std::unique_ptr<Store>(std::move(store));
   }
-  if (name.find("://") != std::string::npos) {
+  if (is_url(name)) {
     return fail(ErrorCode::kInvalidArgument,
                 "store '" + without_passwords(name) +
                     "': is not allowed; expected the path of a file, postgresql://... or :memory:");
@@ -36,7 +37,7 @@ Result<std::unique_ptr<Store>> open(const std::string& name, SqliteStore::Access
 std::filesystem::path default_store(const std::filesystem::path& data) { return data / "archive.sqlite"; }
 
 Result<std::vector<std::string>> pending_upgrade(const std::string& name) {
-  if (name == kMemory || name.find("://") != std::string::npos) return std::vector<std::string>();
+  if (name == kMemory || is_url(name)) return std::vector<std::string>();
   return SqliteStore::pending_upgrade(name);
 }
 

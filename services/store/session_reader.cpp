@@ -179,9 +179,8 @@ std::optional<Id> successor_of(const std::vector<SessionRecord>& sessions, const
 /// Asks the store for what belongs to the session, by key and by session, never for all that it has.
 Result<void> collect_session(Store& store, const Id& session, const std::optional<Id>& successor,
                              SessionCollector& collector) {
-  for (const bus::TopicSpec* topic :
-       {&topics::kRigDescription.spec, &topics::kServiceConfiguration.spec, &topics::kClockOffset.spec}) {
-    const MessageQuery query{std::string(topic->name), {}, {}, false, session};
+  for (const std::string_view topic : kSurroundingTopics) {
+    const MessageQuery query{std::string(topic), {}, {}, false, session};
     TONUS_TRY(collect(store, query, collector, &SessionCollector::take_surroundings));
   }
   collector.begin();

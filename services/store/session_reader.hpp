@@ -1,10 +1,12 @@
 #pragma once
 
+#include <array>
 #include <optional>
 #include <string>
 #include <string_view>
 #include <vector>
 
+#include "idl/topics.hpp"
 #include "services/core/result.hpp"
 #include "services/store/store.hpp"
 
@@ -87,6 +89,12 @@ struct Session {
 
 /// Why a trial does not count, one line: its verdict's reason, or that it has none; empty where it counts.
 [[nodiscard]] std::string why_not_counted(const SessionTrial& trial);
+
+/// Topics of what surrounds a session and was mostly said before it began: of each, what was in force then
+/// belongs to the session.
+inline constexpr std::array<std::string_view, 3> kSurroundingTopics{topics::kRigDescription.spec.name,
+                                                                    topics::kServiceConfiguration.spec.name,
+                                                                    topics::kClockOffset.spec.name};
 
 /// Asks the store for the session's messages, for what was in force when it began, and for results that came
 /// late, after the next session had begun; other sessions' messages are not read. kNotFound: the store has no

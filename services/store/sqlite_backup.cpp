@@ -1,18 +1,13 @@
 // An archive's copy while it is written.
 
-#include <fcntl.h>
-#include <filesystem>
 #include <spdlog/fmt/fmt.h>
 #include <sqlite3.h>
-#include <unistd.h>
 
-#include "services/core/file_descriptor.hpp"
 #include "services/store/sqlite_store.hpp"
+#include "services/store/store_file.hpp"
 
 namespace tonus::store {
 namespace {
-
-namespace fs = std::filesystem;
 
 constexpr int kPagesAtOnce = 1024;
 
@@ -31,14 +26,6 @@ Result<void> bring_to_rest(Database& copy) {
   return refuse(
       ErrorCode::kDataLoss, copy.path(),
       fmt::format("is damaged, as its source is: {}; `tonus recover` copies what can be read", found));
-}
-
-/// Its name survives a loss of power.
-void sync_folder_of(const fs::path& file) {
-  std::error_code error;
-  const auto folder = fs::absolute(file, error).parent_path();
-  const FileDescriptor descriptor(::open(folder.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
-  if (descriptor.get() >= 0) static_cast<void>(::fsync(descriptor.get()));
 }
 
 }  // namespace
@@ -60,16 +47,7 @@ Result<void> SqliteStore::copy_pages(Database& copy,
 
 Result<void> SqliteStore::copy_to(const std::string& target,
                                   const std::function<void(std::uint64_t, std::uint64_t)>& progress) {
-  std::error_code error;
-  // Also the log of a file that is gone: SQLite would take it for the copy's.
-  for (const char* suffix : {"", "-wal", "-journal"}) {
-    if (fs::exists(fs::symlink_status(target + suffix, error)))
-      return refuse(ErrorCode::kAlreadyExists, target + suffix,
-                    "already exists; expected the name of a new file, and no log beside it");
-  }
-  const std::string partial = target + ".partial";
-  fs::remove(partial, error);
-  const auto copied = [&]() -> Result<void> {
+  return make_store_file(target, [&](const std::string& partial) -> Result<void> {
     TONUS_TRY_ASSIGN(auto copy, Database::open(partial, Database::Mode::kReadWrite));
     // An open read transaction holds this moment fast: what is committed from now on is not seen.
     TONUS_TRY(database_.run("BEGIN"));
@@ -80,15 +58,7 @@ Result<void> SqliteStore::copy_to(const std::string& target,
     TONUS_TRY(ended);
     TONUS_TRY(check_resting());
     return bring_to_rest(copy);
-  }();
-  if (copied) fs::rename(partial, target, error);
-  if (!copied || error) {
-    std::error_code ignored;
-    for (const char* suffix : {"", "-journal", "-wal", "-shm"}) fs::remove(partial + suffix, ignored);
-    return copied ? Result<void>(refuse(ErrorCode::kIo, target, error.message())) : copied;
-  }
-  sync_folder_of(target);
-  return {};
+  });
 }
 
 }  // namespace tonus::store

@@ -66,6 +66,7 @@ async function chooseProtocol(page) {
   writeFileSync(wrong, "this is no protocol");
   await page.setInputFiles("#protocol-file", wrong);
   expect(await page.isChecked("#from-file"), "a file chosen is the file used");
+  await until(page, "#preview", (seen) => seen.includes("not TOML"), "what is wrong with the file is shown before");
   await page.click("#start");
   await until(page, "#notice", (seen) => seen.startsWith("start: refused"), "the wrong file is refused");
   await page.selectOption("#protocol", "loaded");
@@ -149,6 +150,34 @@ async function abortATrial(page) {
   expect(await page.evaluate(() => document.querySelector("#resume").classList.contains("main")), "the next action is the primary one");
   await page.keyboard.press("Alt+r");
   await strip(page, "running", "RUNNING trial");
+}
+
+/// The newest trial that counts, on display.
+async function chooseValid(page) {
+  const row = page.locator("#verdicts tr", { has: page.locator("td.good") }).first();
+  await row.waitFor({ timeout: STEP_MS });
+  const attempt = await row.locator("button").innerText();
+  await row.locator("button").click();
+  await until(page, "#last-trial-age", (seen) => seen.startsWith(`trial ${attempt}:`), "the chosen trial is shown");
+  return attempt;
+}
+
+/// A trial that counts is rejected for a reason, another one repeated; both are left out and run again. Something is noted.
+async function rejectRepeatAndNote(page) {
+  const rejected = await chooseValid(page);
+  await page.fill("#trial-text", "coughed");
+  await page.click("#reject-trial");
+  await until(page, "#notice", (seen) => seen.startsWith("reject_trial: done"), "answer to the rejection");
+  await until(page, "#verdicts", (seen) => /rejected by hand\s+coughed/.test(seen), "the rejection is shown with its reason");
+  const repeated = await chooseValid(page);
+  await page.click("#repeat-trial");
+  await until(page, "#verdicts", (seen) => /rejected by hand\s+repeat/.test(seen), "the repeat is shown as a rejection");
+  await page.keyboard.press("Alt+n");
+  await page.keyboard.type("light on");
+  await page.keyboard.press("Enter");
+  await until(page, "#notes", (seen) => seen.includes("light on"), "the note is shown");
+  await shot(page, "operator-remarks", { fullPage: true });
+  return { rejected: Number(rejected), repeated: Number(repeated) };
 }
 
 async function watchSubject(context, operator) {
@@ -260,11 +289,12 @@ async function run(browser) {
   await watch(page);
   await pauseAndResume(page);
   await abortATrial(page);
+  const remarks = await rejectRepeatAndNote(page);
   await watchSubject(context, page);
   await page.bringToFront();
   await stopAndGoOn(page);
   await killGateway(page);
-  const seen = await finish(page);
+  const seen = { ...(await finish(page)), ...remarks };
   await lookAtResults(results);
   await lookAtArchive(context, seen.session);
   await lookInOtherWays(browser);

@@ -11,6 +11,8 @@
 #include <sys/socket.h>
 #include <unistd.h>
 
+#include "idl/topics.hpp"
+#include "services/bus/typed.hpp"
 #include "services/store/open_store.hpp"
 #include "services/store/session_reader.hpp"
 #include "tests/support/process.hpp"
@@ -96,6 +98,28 @@ void expect_same(const std::vector<Row>& rows, const std::vector<v1::Estimate>& 
   }
 }
 
+/// What was said of trials and of the session on the page is in the archive: two rejections by hand, one
+/// note.
+void expect_remarks(store::Store& store, const Id& session, const nlohmann::json& seen) {
+  std::map<std::uint32_t, std::string> reviews;
+  std::vector<std::string> notes;
+  const auto read = [&](const store::Message& message) -> Result<void> {
+    if (message.topic == topics::kTrialReview.spec.name) {
+      const auto review = bus::decode<v1::TrialReview>(*message.payload);
+      if (review && review->is_rejected()) reviews[review->attempt()] = review->reason();
+    }
+    if (message.topic == topics::kSessionNote.spec.name) {
+      if (const auto note = bus::decode<v1::SessionNote>(*message.payload)) notes.push_back(note->text());
+    }
+    return {};
+  };
+  ASSERT_TRUE(store.visit_messages({"", session, std::nullopt}, read));
+  const std::map<std::uint32_t, std::string> wanted{{seen["rejected"], "coughed"},
+                                                    {seen["repeated"], "repeat"}};
+  EXPECT_EQ(reviews, wanted);
+  EXPECT_EQ(notes, std::vector<std::string>{"light on"});
+}
+
 /// As `tonus report` leaves one in the data folder: a page with a figure. Its script must not run.
 void write_report(const std::filesystem::path& folder) {
   std::filesystem::create_directories(folder);
@@ -148,6 +172,7 @@ TEST(SessionInBrowser, IsSteeredFromThePagesAndThePagesShowWhatTheArchiveHolds) 
   ASSERT_TRUE(session->state);
   EXPECT_EQ(seen["counted"], session->state->counted());
   EXPECT_EQ(session->state->phase(), v1::SESSION_COMPLETED);
+  expect_remarks(**store, record->session, seen);
 }
 
 }  // namespace

@@ -4,7 +4,7 @@
 //   node states_in_browser.cjs PACKAGES CHROMIUM PAGES IDL SCREENSHOTS [--all | --scenarios | --only NAME]
 //
 // --all looks at every state of every page in every size and scheme; without it, each page has two of the six.
-// --scenarios leaves the states out; --only runs one of the further scenarios, by its function's name.
+// --scenarios leaves the states out; --only runs one scenario, by its function's name.
 
 const { createRequire } = require("node:module");
 const { join } = require("node:path");
@@ -329,7 +329,7 @@ async function everything(tools, browser, gateway, desk, stops) {
   const tools = { openPage, look, until, says, named, looks, screenshots, fail };
   try {
     if (mode !== "--only") await everything(tools, browser, gateway, desk, stops);
-    else for (const scenario of further.filter(({ name }) => name === only)) await scenario(tools, browser, gateway, desk, stops);
+    else await (further.find(({ name }) => name === only)?.(tools, browser, gateway, desk, stops) ?? { twoOperators, hangingGateway, phone, compareSessions, anyTrial, print, load }[only](browser, gateway, desk, stops));
   } catch (error) {
     fail(error.stack);
   } finally {

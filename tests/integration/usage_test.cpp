@@ -176,6 +176,7 @@ const std::vector<std::vector<std::string>> kLastingCommands{
     {"identify", "{archive}"},
     {"export", "--archive", "{archive}", "--format", "csv", "--out", "{folder}/csv"},
     {"backup", "{folder}/backup.sqlite", "--archive", "{archive}"},
+    {"copy", "{folder}/copy.sqlite", "--archive", "{archive}"},
     {"explain"},
     {"config", "--config", "none"},
 };

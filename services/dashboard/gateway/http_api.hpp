@@ -20,8 +20,8 @@ struct ApiFolders {
   std::string store;                ///< As `tonus-archive --store`.
   std::filesystem::path protocols;  ///< *.toml; empty: none.
   std::filesystem::path reports;    ///< Made by `tonus report`; may not exist.
-  std::filesystem::path exports;    ///< What jobs made (jobs.hpp); may not exist.
-  std::filesystem::path tonus;      ///< The program that jobs run; empty: there are no jobs.
+  std::filesystem::path exports{};  ///< What jobs made (jobs.hpp); may not exist.
+  std::filesystem::path tonus{};    ///< The program that jobs run; empty: there are no jobs.
 };
 
 /// GET of a path (without query; `topic` is the query's "topic"):

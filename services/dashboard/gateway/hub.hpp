@@ -156,7 +156,7 @@ class Hub {
   std::map<ClientId, Client> clients_;
   std::map<std::uint32_t, std::vector<Listener>> listeners_;  ///< Of each channel.
   ClientId last_client_ = 0;
-  bool is_over_ = false;  ///< dismiss_all() was called.
+  bool is_over_ = false;              ///< dismiss_all() was called.
   std::uint64_t thinned_before_ = 0;  ///< For clients that have left.
   std::array<std::uint64_t, static_cast<std::size_t>(Refused::kCount)> refused_{};
   TokenBucket log_lines_{5.0, 50.0};

@@ -12,6 +12,7 @@
 
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
+#include "services/core/places.hpp"
 #include "services/core/text.hpp"
 
 namespace tonus::dashboard {
@@ -241,7 +242,7 @@ std::string bus_metrics(const Hub& hub, std::uint64_t arrival_drops, std::size_t
 std::string file_metrics(const std::string& store, const std::string& certificate) {
   MetricsText text;
   std::error_code error;
-  const bool is_file = store.find("://") == std::string::npos;
+  const bool is_file = !is_url(store);
   if (const auto size = is_file ? std::filesystem::file_size(store, error) : 0; is_file && !error)
     text.metric("tonus_archive_bytes", "gauge", "Size of the archive's file.").sample(std::uint64_t{size});
   const auto folder = std::filesystem::absolute(store, error).parent_path();

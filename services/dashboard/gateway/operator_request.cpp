@@ -6,6 +6,7 @@
 #include <optional>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/contract/review.hpp"
 #include "services/contract/subject.hpp"
 #include "services/contract/subject_json.hpp"
 #include "services/core/clock.hpp"
@@ -36,7 +37,6 @@ constexpr std::array<Named<v1::RigRequest>, 3> kRigRequests{{{"emergency_stop", 
 constexpr char kEmergencyStop[] = "emergency_stop";
 constexpr std::size_t kLongestProtocol = 50000;  // what a session command has room for
 constexpr std::size_t kLongestSubject = 128;
-constexpr std::size_t kLongestText = 500;  // of a reason or a note
 constexpr std::size_t kLongestName = 160;  // bytes: 40 characters
 constexpr std::size_t kLongestPage = 16;
 
@@ -128,7 +128,7 @@ Result<void> add_remark(const json& object, v1::SessionCommand& command) {
   const bool is_note = command.request() == v1::SESSION_NOTE;
   TONUS_TRY_ASSIGN(const auto trial, id_in(object, "trial_id"));
   if (!is_note && trial == kNoId) return wrong("\"trial_id\" must name the trial that is rejected");
-  TONUS_TRY_ASSIGN(const auto text, line_in(object, "text", kLongestText));
+  TONUS_TRY_ASSIGN(const auto text, line_in(object, "text", contract::kOperatorTextMost));
   if (text.find_first_not_of(' ') == std::string::npos) {
     return wrong(is_note ? "\"text\" must say what is noted" : "\"text\" must say why the trial is rejected");
   }

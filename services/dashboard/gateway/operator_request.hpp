@@ -22,7 +22,7 @@
 /// rig). The answer comes on operator/reply with the same request_id. A request that is repeated with its id
 /// is done once. A start may have "subject_facts" (services/contract/subject_json.hpp), "study" and
 /// "is_pilot". A rejection has "trial_id" and "text", why; a note "text", and if wanted "trial_id" and
-/// "note_kind": note or marker. Both texts are one line of at most 500 bytes. Optional: "by", the operator's
+/// "note_kind": note or marker. Both texts are one line of at most 1000 bytes. Optional: "by", the operator's
 /// name, at most 40 characters of letters, digits, spaces and .'_-; "page", the name of the page, lower-case
 /// letters. Both go into requested_by, a stop's with the gateway's time: "Anna, dashboard 127.0.0.1:5000 on
 /// results at 11:19:32 UTC".

@@ -20,8 +20,8 @@ struct Amplifier {
   std::atomic<double> torque[2];
 };
 
-/// A rig agent alone, with the example driver, whose amplifier is a file. It ends after its watchdog has, too:
-/// both have the file open.
+/// A rig agent alone, with the example driver, whose amplifier is a file. It ends after its watchdog has,
+/// too: both have the file open.
 class WatchedAgent {
  public:
   /// Waits until the loop writes torque; throws std::runtime_error with what the agent printed.

@@ -179,6 +179,17 @@ TEST(Refusal, TellsAShiftedForceAtAnySampleRate) {
   }
 }
 
+TEST(Refusal, SuspectsAxesOfForceThatAreTurnedAgainstThoseOfMotion) {
+  auto trials = sound_trials();
+  for (Trial& trial : trials) {
+    const Signals force = trial.force;
+    trial.force.col(0) = 0.92 * force.col(0) - 0.39 * force.col(1);
+    trial.force.col(1) = 0.39 * force.col(0) + 0.92 * force.col(1);
+  }
+  EXPECT_TRUE(has(identify(trials, Options{}).value(), Reason::kAsymmetricMass));
+  EXPECT_FALSE(has(identify(sound_trials(), Options{}).value(), Reason::kAsymmetricMass));
+}
+
 TEST(Refusal, SuspectsAClippedSensor) {
   // Clipped as recorded along the channels of the record (fx, fy) at 60 % of the largest force.
   auto trials = sound_trials();
@@ -211,7 +222,7 @@ TEST(Refusal, SuspectsANegativeStiffnessHoweverWellItFits) {
 
 TEST(Refusal, HasANameForEveryReason) {
   std::vector<std::string_view> names;
-  for (int i = 0; i <= static_cast<int>(Reason::kShortTrial); ++i)
+  for (int i = 0; i <= static_cast<int>(Reason::kAtBound); ++i)
     names.push_back(name_of(static_cast<Reason>(i)));
   std::ranges::sort(names);
   EXPECT_EQ(std::ranges::adjacent_find(names), names.end());

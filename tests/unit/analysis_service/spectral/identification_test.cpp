@@ -106,8 +106,18 @@ INSTANTIATE_TEST_SUITE_P(
                     Defect{"wandering_stiffness", Test::kSteadiness}, Defect{"reflex", Test::kBands},
                     Defect{"second_mass", Test::kBands}, Defect{"clipped_force", Test::kClipping},
                     Defect{"held_force", Test::kHeldSamples}, Defect{"joined_force", Test::kHeldSamples},
-                    Defect{"two_axes_friction", Test::kFriction}),
+                    Defect{"two_axes_friction", Test::kFriction},
+                    Defect{"two_axes_crosstalk", Test::kSymmetry},
+                    Defect{"two_axes_turned", Test::kSymmetry}),
     [](const auto& instance) { return std::string(instance.param.kind); });
+
+TEST(SpectralIdentification, TwoSinesAreNotEnoughToTestTheModelByAndTwelveAre) {
+  const Estimate two = identify(drawn("two_tones").records);
+  EXPECT_EQ(two.outcome, Outcome::kNone);
+  EXPECT_EQ(two.shortage, Shortage::kTooFewFrequencies);
+  EXPECT_LT(two.frequencies, kFewestFrequencies);
+  EXPECT_TRUE(identify(drawn("twelve_tones").records).is_ok());
+}
 
 TEST(SpectralIdentification, GapsCostTheSegmentsThatTheyLieInAndNoMore) {
   DrawnRecords truth = drawn("resonance_0.05");

@@ -124,7 +124,7 @@ TEST(OperatorRequest, WhatIsWrongWithAStartARejectionOrANoteIsNamed) {
   EXPECT_THAT(message({{"request", "start"}, {"study", 1}}), HasSubstr("study"));
   EXPECT_THAT(message({{"request", "note"}, {"text", " "}}), HasSubstr("text"));
   EXPECT_THAT(message({{"request", "note"}, {"text", "a\nb"}}), HasSubstr("one line"));
-  EXPECT_THAT(message({{"request", "note"}, {"text", std::string(501, 'x')}}), HasSubstr("501 bytes"));
+  EXPECT_THAT(message({{"request", "note"}, {"text", std::string(1001, 'x')}}), HasSubstr("1001 bytes"));
   EXPECT_THAT(message({{"request", "note"}, {"text", "x"}, {"note_kind", "essay"}}), HasSubstr("essay"));
 }
 

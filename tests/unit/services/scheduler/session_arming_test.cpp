@@ -122,6 +122,21 @@ TEST(Arming, OfAHeldRigNeedsAClearAndThenAResume) {
   EXPECT_TRUE(lab->run_to_end());
 }
 
+TEST(Arming, OfAPausedSessionWhoseRigIsHeldAsksForTheClearFirst) {
+  const auto lab = attended();
+  lab->command(v1::SESSION_START, "start", small_protocol());
+  lab->connect();
+  lab->command(v1::SESSION_PAUSE, "pause");
+  lab->run();
+  ASSERT_EQ(lab->phase(), v1::SESSION_PAUSED);
+  EXPECT_EQ(lab->machine().state().waiting_for(), "operator: resume");
+  lab->give_rig_state(v1::RIG_HELD, 1, 2000, "fault: force");
+  EXPECT_EQ(lab->phase(), v1::SESSION_PAUSED);
+  EXPECT_EQ(lab->machine().state().waiting_for(),
+            "operator: the rig is held (fault: force); when it is safe, clear it, then resume")
+      << "a resume alone is refused";
+}
+
 TEST(Arming, IsNotTakenFromAResumeThatCameBeforeTheHold) {
   const auto lab = in_first_trial();
   lab->command(v1::SESSION_PAUSE, "pause");

@@ -2,6 +2,8 @@
 
 #include <pqxx/pqxx>
 
+#include "services/store/copy.hpp"
+#include "services/store/memory_store.hpp"
 #include "services/store/open_store.hpp"
 #include "tests/support/postgres/postgres_server.hpp"
 #include "tests/unit/services/store/store_contract.hpp"
@@ -55,6 +57,30 @@ class PostgresStoreTest : public ::testing::Test {
 
   std::string url_;
 };
+
+TEST_F(PostgresStoreTest, GivesBackWhatWasCopiedIntoIt) {
+  MemoryStore from;
+  Batch batch;
+  batch.sessions.push_back(session_of(kSession, "2026-01-01T00:00:00Z"));
+  StreamRecord stream{kStream, 0, {}, 0, 0};
+  stream.coverage.add({0, 10});
+  batch.streams.push_back(stream);
+  batch.blocks.push_back(block_of(0, 10));
+  for (const char* text : {"first", "second"})
+    batch.messages.push_back(message_of("rig/command", id_of("key"), text));
+  ASSERT_TRUE(from.commit(batch));
+  {
+    const auto server_side = open_store_for_writing(url_);
+    ASSERT_TRUE(server_side) << server_side.error().message;
+    ASSERT_TRUE(copy_store(from, **server_side, {}, {}));
+  }
+  MemoryStore back;
+  const auto count = copy_store(**open_store_for_reading(url_), back, {}, {});
+  ASSERT_TRUE(count) << count.error().message;
+  EXPECT_EQ(count->messages, 2U);
+  EXPECT_EQ(count->samples, 10U);
+  EXPECT_EQ((*back.streams())[0].coverage, stream.coverage);
+}
 
 TEST_F(PostgresStoreTest, HasEverythingAfterItWasClosed) {
   Batch batch;
