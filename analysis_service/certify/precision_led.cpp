@@ -6,6 +6,7 @@
 #include <numbers>
 #include <vector>
 
+#include "analysis_service/impedance/refined_identification.hpp"
 #include "services/protocol/directions.hpp"
 
 namespace tonus::certify {
@@ -81,7 +82,10 @@ LedCondition simulate_led(const Truth& truth, const LedDesign& led, std::uint64_
     condition.drive = drive;
     if (trials.size() < static_cast<std::size_t>(rule.trials_least)) continue;
     auto estimate = impedance::identify(trials, options_of(led));
-    if (estimate) condition.estimate = std::move(*estimate);
+    if (estimate) {
+      impedance::widen_by_process(trials, options_of(led), *estimate);
+      condition.estimate = std::move(*estimate);
+    }
     looks.push_back(look_at(condition.estimate, trials.size()));
     condition.end = protocol::ruling_on(rule, looks).end;
     const protocol::Drive next = protocol::next_drive(rule, own, drive, at_drive, looks);

@@ -4,6 +4,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "analysis_service/impedance/refined_identification.hpp"
+
 namespace tonus::identification {
 namespace {
 
@@ -93,6 +95,7 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
     estimate.invalid_trials = static_cast<std::uint32_t>(page.invalid.size());
     if (identified) {
       estimate.estimate = std::move(*identified);
+      if (is_precision_led_) impedance::widen_by_process(trials, options, estimate.estimate);
       if (trials.empty()) {  // nobody could tell what there was
         estimate.estimate.method = method;
         estimate.estimate.axes = page.axes;

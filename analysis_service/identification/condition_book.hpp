@@ -53,6 +53,10 @@ class ConditionBook {
   /// What is made beside `analyses` where no analysis is by the same method, for the session that runs.
   void set_further(std::vector<impedance::Options> analyses) { further_ = std::move(analyses); }
 
+  /// The session that runs ends its conditions when their intervals are narrow: those of method refined are
+  /// widened by impedance::widen_by_process().
+  void set_precision_led(bool is_precision_led) { is_precision_led_ = is_precision_led; }
+
   /// A trial that counts. An attempt that is here already stays as it is.
   /// kUnavailable: the condition has most_trials already.
   [[nodiscard]] Result<void> add_valid(const TrialReport& report, const impedance::Trial& trial);
@@ -93,6 +97,7 @@ class ConditionBook {
 
   BookSettings settings_;
   std::vector<impedance::Options> further_;
+  bool is_precision_led_ = false;
   std::map<Condition, Page>
       pages_;  // also of single unloaded sets, which stay unseen until their session is loaded
   std::set<Id> loaded_sessions_;

@@ -34,7 +34,8 @@ void IdentificationCore::set_session(const Id& session) {
   live_.keep_only(session);
 }
 
-void IdentificationCore::set_needed(const std::vector<impedance::Method>& methods) {
+void IdentificationCore::set_needed(const std::vector<impedance::Method>& methods, bool is_precision_led) {
+  book_.set_precision_led(is_precision_led);
   std::vector<impedance::Options> further;
   for (const impedance::Method method : methods) {
     further.push_back(settings_.live);

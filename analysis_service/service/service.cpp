@@ -13,15 +13,21 @@
 namespace tonus::identification {
 namespace {
 
-/// By which a session's conditions end, or its bias forces are directed.
-std::vector<impedance::Method> methods_needed(const v1::SessionPlan& plan) {
-  std::vector<impedance::Method> methods;
+/// What a session asks of identification, by its protocol.
+struct Needs {
+  std::vector<impedance::Method> methods;  // by which conditions end, or bias forces are directed
+  bool is_precision_led = false;
+};
+
+Needs needs_of(const v1::SessionPlan& plan) {
+  Needs needs;
   const auto protocol = protocol::parse_protocol(plan.protocol_toml(), "protocol");
-  if (!protocol) return methods;  // a plan of other programs
+  if (!protocol) return needs;  // a plan of other programs
+  needs.is_precision_led = protocol->stop_when.has_value();
   for (const std::string& name : protocol::methods_needed(*protocol)) {
-    if (const auto method = impedance::method_named(name)) methods.push_back(*method);
+    if (const auto method = impedance::method_named(name)) needs.methods.push_back(*method);
   }
-  return methods;
+  return needs;
 }
 
 constexpr std::size_t kBlocksAtOnce = 512;
@@ -132,7 +138,8 @@ void IdentificationService::take_plans() {
     if (plan.rig_id() != settings_.rig || plan.started_at() < session_started_at_) continue;
     session_started_at_ = plan.started_at();
     set_session(plan.session_id());
-    core_.set_needed(methods_needed(plan));
+    const Needs needs = needs_of(plan);
+    core_.set_needed(needs.methods, needs.is_precision_led);
   }
 }
 

@@ -134,6 +134,7 @@ void Ledger::take(const record::Commanded& commanded) {
     const std::uint32_t condition = state_.condition_of(index);
     state_.directions.push_back(
         static_cast<std::uint32_t>(protocol::direction_of(state_.protocol, commanded.program)));
+    state_.amplitudes.push_back(commanded.program.amplitude_m());
     state_.drives[condition] = {commanded.program.amplitude_m(), commanded.program.rise_time_s()};
     ++state_.commands[condition];
   }
@@ -221,19 +222,29 @@ std::vector<std::uint32_t> LedgerState::counted_in(std::uint32_t condition) cons
   return found;
 }
 
-bool LedgerState::is_ended_by_look(std::uint32_t condition) const {
-  if (looks[condition].empty()) return false;
-  const record::Looked& look = looks[condition].back();
-  if (look.end == protocol::LookEnd::kGoesOn) return false;
+std::vector<record::Looked> LedgerState::standing_looks(std::uint32_t condition) const {
+  std::vector<record::Looked> standing;
   const auto now = counted_in(condition);
-  return now.size() == look.counted && now.back() == look.newest;
+  for (const record::Looked& look : looks[condition]) {
+    // Later attempts have higher numbers: of those up to the look's newest, trials are only taken away.
+    const auto left = std::upper_bound(now.begin(), now.end(), look.newest) - now.begin();
+    if (left == static_cast<std::ptrdiff_t>(look.counted)) standing.push_back(look);
+  }
+  return standing;
+}
+
+bool LedgerState::is_ended_by_look(std::uint32_t condition) const {
+  const auto standing = standing_looks(condition);
+  return !standing.empty() && standing.back().end != protocol::LookEnd::kGoesOn &&
+         standing.back().counted == counted_in(condition).size();
 }
 
 protocol::Drive LedgerState::first_drive(std::uint32_t condition) const {
   const protocol::Drive own{protocol.perturbation.amplitude, protocol.perturbation.rise_time};
-  if (condition == 0 || looks[condition - 1].empty()) return own;
-  return protocol::drive_after(*protocol.stop_when, own, drives[condition - 1],
-                               looks_of(looks[condition - 1]));
+  if (condition == 0) return own;
+  const auto before = standing_looks(condition - 1);
+  if (before.empty()) return own;
+  return protocol::drive_after(*protocol.stop_when, own, drives[condition - 1], looks_of(before));
 }
 
 void Ledger::take(const record::Reviewed& reviewed) {

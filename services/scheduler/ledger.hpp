@@ -23,8 +23,9 @@ struct LedgerState {
   std::optional<record::Bound> bound;
 
   std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
-  /// Where the next trial is: in the block of the last one as long as it is open, then at its posture, then the
-  /// first that is open; plan.blocks.size(): none. It goes back only for a trial that was rejected by hand.
+  /// Where the next trial is: in the block of the last one as long as it is open, then at its posture, then
+  /// the first that is open; plan.blocks.size(): none. It goes back only for a trial that was rejected by
+  /// hand.
   std::size_t block = 0;
   std::optional<std::size_t> last_block;      ///< Of the trial that was commanded last.
   std::optional<v1::TrialProgram> in_flight;  ///< Commanded, not yet settled.
@@ -39,6 +40,7 @@ struct LedgerState {
   std::vector<record::Noted> notes;
 
   std::vector<std::uint32_t> directions;           ///< By attempt from 1: 0 .. directions - 1.
+  std::vector<double> amplitudes;                  ///< By attempt from 1, m.
   std::vector<std::vector<record::Looked>> looks;  ///< By condition.
   std::vector<protocol::Drive> drives;             ///< By condition: of its next trial.
   std::vector<std::uint32_t> commands;             ///< By condition.
@@ -64,8 +66,10 @@ struct LedgerState {
   }
   /// Attempts of a condition that count, ascending.
   [[nodiscard]] std::vector<std::uint32_t> counted_in(std::uint32_t condition) const;
-  /// The newest look ended the condition, and the trials that it was taken after still count. One that is
-  /// rejected later opens it again.
+  /// The looks of a condition after which no trial that they stand on was rejected by hand.
+  [[nodiscard]] std::vector<record::Looked> standing_looks(std::uint32_t condition) const;
+  /// The newest of these ended the condition, and no trial came after it. One that is rejected later opens it
+  /// again.
   [[nodiscard]] bool is_ended_by_look(std::uint32_t condition) const;
   /// Trials of the block may be commanded.
   [[nodiscard]] bool is_open(std::size_t of_block) const {

@@ -18,18 +18,31 @@ constexpr double kNone = std::numeric_limits<double>::infinity();
 
 double known(double value) { return std::isfinite(value) ? value : kNone; }
 
-/// The trials of an estimate are of these attempts alone, the newest among them. The estimator may leave
-/// others out. Of an unbiased set there may be no estimate but that of all such sets: the trials tell.
-bool is_of(const v1::Estimate& estimate, const std::vector<std::uint32_t>& attempts) {
+/// Of the condition's trials, how many an estimate leaves out; none: it has others too, or not the newest, so
+/// that it is of another time or condition. Of an unbiased set there may be no estimate but that of all such
+/// sets: the trials tell.
+std::optional<std::size_t> left_out_of(const v1::Estimate& estimate,
+                                       const std::vector<std::uint32_t>& attempts) {
   bool has_newest = false;
   for (const v1::TrialRange& trial : estimate.trials()) {
-    if (!std::binary_search(attempts.begin(), attempts.end(), trial.attempt())) return false;
+    if (!std::binary_search(attempts.begin(), attempts.end(), trial.attempt())) return std::nullopt;
     has_newest |= trial.attempt() == attempts.back();
   }
-  return has_newest;
+  if (!has_newest) return std::nullopt;
+  return attempts.size() - std::min(estimate.trials().size(), attempts.size());
 }
 
 }  // namespace
+
+std::string SessionMachine::name_of(std::uint32_t condition) const {
+  const LedgerState& s = ledger_.state();
+  const protocol::PlannedCondition& planned = s.plan.conditions[condition];
+  std::string name = fmt::format("'{}'", s.plan.postures[planned.posture_index].name());
+  if (planned.set_number != 0) name += fmt::format(" set {}", planned.set_number);
+  const std::string& instruction = s.protocol.instructions[planned.instruction_index].name;
+  if (!instruction.empty()) name += fmt::format(" ({})", instruction);
+  return name;
+}
 
 std::optional<std::uint32_t> SessionMachine::condition_to_look_at() const {
   const LedgerState& s = ledger_.state();
@@ -37,34 +50,43 @@ std::optional<std::uint32_t> SessionMachine::condition_to_look_at() const {
   for (std::uint32_t c = 0; c < s.plan.conditions.size(); ++c) {
     const auto counted = s.counted_in(c);
     if (counted.size() < static_cast<std::size_t>(s.protocol.stop_when->trials_least)) continue;
-    if (s.looks[c].empty() || s.looks[c].back().newest != counted.back()) return c;
+    const auto standing = s.standing_looks(c);
+    if (standing.empty() || standing.back().counted != counted.size()) return c;
   }
   return std::nullopt;
 }
 
-const v1::Estimate* SessionMachine::estimate_of(std::uint32_t condition) const {
+SessionMachine::Seen SessionMachine::estimate_of(std::uint32_t condition) const {
   const LedgerState& s = ledger_.state();
   const protocol::PlannedCondition& planned = s.plan.conditions[condition];
   const auto attempts = s.counted_in(condition);
+  Seen best;
   for (const auto& [id, estimate] : estimates_) {
     if (estimate.posture_index() != planned.posture_index) continue;
     if (estimate.method() != s.protocol.stop_when->method || estimate.model() != "linear") continue;
-    if (is_of(estimate, attempts)) return &estimate;
+    const auto left_out = left_out_of(estimate, attempts);
+    if (!left_out || (best.estimate != nullptr && *left_out >= best.left_out)) continue;
+    best = {&estimate, *left_out};
   }
-  return nullptr;
+  return best;
 }
 
 std::optional<SessionMachine::Hold> SessionMachine::hold_for_look() {
+  const auto least = static_cast<std::size_t>(
+      ledger_.state().protocol.stop_when ? ledger_.state().protocol.stop_when->trials_least : 0);
   while (const auto condition = condition_to_look_at()) {
-    const v1::Estimate* estimate = estimate_of(*condition);
-    if (estimate == nullptr && !roster_missing_.empty()) {
+    const Seen seen = estimate_of(*condition);
+    const bool is_whole = seen.estimate != nullptr && seen.left_out == 0;
+    if (!is_whole && !roster_missing_.empty()) {
       look_due_.reset();
       return service_hold(roster_missing_);
     }
     if (!look_due_) look_due_ = clock_.now() + patience_.estimate;
-    if (estimate == nullptr && clock_.now() < *look_due_) return hold_for_estimate(*condition);
+    if (!is_whole && clock_.now() < *look_due_) return hold_for_estimate(*condition);
     look_due_.reset();
-    look(*condition, estimate);
+    // Made without some of the trials it is looked at, too, but only with as many as a first look asks for.
+    const bool is_enough = seen.estimate != nullptr && seen.estimate->trials().size() >= least;
+    look(*condition, is_enough ? seen.estimate : nullptr);
   }
   look_due_.reset();
   return std::nullopt;
@@ -75,14 +97,12 @@ SessionMachine::Hold SessionMachine::hold_for_estimate(std::uint32_t condition) 
   // It mostly comes with the verdict: at first the session runs on.
   if (clock_.now() < *look_due_ - patience_.estimate + patience_.answer)
     return {v1::SESSION_RUNNING, "", Asks::kNobody};
-  return {
-      v1::SESSION_WAITING,
-      fmt::format("identification: estimate of '{}' by {} from {} trials; after {:g} s the session goes on "
-                  "without it",
-                  s.plan.postures[s.plan.conditions[condition].posture_index].name(),
-                  s.protocol.stop_when->method, s.counted_in(condition).size(),
-                  std::chrono::duration<double>(patience_.estimate).count()),
-      Asks::kNobody};
+  return {v1::SESSION_WAITING,
+          fmt::format("identification: estimate of {} by {} from {} trials; after {:g} s the session goes on "
+                      "without it",
+                      name_of(condition), s.protocol.stop_when->method, s.counted_in(condition).size(),
+                      std::chrono::duration<double>(patience_.estimate).count()),
+          Asks::kNobody};
 }
 
 void SessionMachine::look(std::uint32_t condition, const v1::Estimate* estimate) {
@@ -92,7 +112,7 @@ void SessionMachine::look(std::uint32_t condition, const v1::Estimate* estimate)
   protocol::Look seen{counted.size(), kUnknown, kUnknown, kUnknown, false, false};
   if (estimate != nullptr) seen = protocol::look_at(*estimate);
   seen.trials = counted.size();
-  auto looks = looks_of(s.looks[condition]);
+  auto looks = looks_of(s.standing_looks(condition));
   looks.push_back(seen);
   const protocol::Ruling ruling = protocol::ruling_on(rule, looks);
   const protocol::Drive own{s.protocol.perturbation.amplitude, s.protocol.perturbation.rise_time};
@@ -115,22 +135,18 @@ void SessionMachine::look(std::uint32_t condition, const v1::Estimate* estimate)
                         next.amplitude,
                         next.rise_time};
   if (estimate != nullptr) looked.estimate_id = estimate->estimate_id();
-  const std::string& posture = s.plan.postures[s.plan.conditions[condition].posture_index].name();
   if (estimate == nullptr)
-    message_ = fmt::format("'{}': no estimate by {} came in time", posture, rule.method);
+    message_ = fmt::format("{}: no estimate by {} came in time", name_of(condition), rule.method);
   else if (!ruling.because.empty())
-    message_ = fmt::format("'{}': {}", posture, ruling.because);
+    message_ = fmt::format("{}: {}", name_of(condition), ruling.because);
   decide(std::move(looked));
 }
 
 std::size_t SessionMachine::trials_at(std::uint32_t condition, const protocol::Drive& drive) const {
-  // Looks tell which trials were run with which drive: the drive of a look is that of the next trial.
-  const auto& looks = ledger_.state().looks[condition];
-  std::size_t trials = 0;
-  for (auto look = looks.rbegin(); look != looks.rend() && look->amplitude == drive.amplitude; ++look)
-    ++trials;
-  const bool is_from_start = trials == looks.size();
-  return is_from_start ? ledger_.state().counted_in(condition).size() : trials;
+  const LedgerState& s = ledger_.state();
+  const auto counted = s.counted_in(condition);
+  return static_cast<std::size_t>(std::ranges::count_if(
+      counted, [&](std::uint32_t attempt) { return s.amplitudes[attempt - 1] == drive.amplitude; }));
 }
 
 void SessionMachine::steer_next(std::uint32_t condition, v1::TrialProgram& program) const {
@@ -160,7 +176,7 @@ v1::ConditionProgress SessionMachine::progress_of(std::uint32_t condition) const
   const bool is_by_look = s.is_ended_by_look(condition);
   progress.is_finished(is_by_look || left_in(condition) == 0);
   if (is_by_look) {
-    progress.finished_because(s.looks[condition].back().because);
+    progress.finished_because(s.standing_looks(condition).back().because);
   } else if (progress.is_finished()) {
     progress.finished_because(counted.size() == planned.trials
                                   ? std::string("every planned trial counts")
@@ -172,8 +188,10 @@ v1::ConditionProgress SessionMachine::progress_of(std::uint32_t condition) const
 
 double SessionMachine::precision_of(std::uint32_t condition) const {
   const LedgerState& s = ledger_.state();
-  if (s.protocol.stop_when)
-    return s.looks[condition].empty() ? kNone : known(s.looks[condition].back().stiffness);
+  if (s.protocol.stop_when) {
+    const auto looks = s.standing_looks(condition);
+    return looks.empty() ? kNone : known(looks.back().stiffness);
+  }
   const protocol::PlannedCondition& planned = s.plan.conditions[condition];
   double precision = kNone;
   std::uint32_t trials = 0;
@@ -207,14 +225,14 @@ std::uint32_t SessionMachine::expected_left_in(std::uint32_t condition) const {
   if (!s.protocol.stop_when || left == 0) return left;
   // A condition without looks is expected to take as many as those before it.
   double needed = kUnknown;
-  if (!s.looks[condition].empty()) {
-    needed = s.looks[condition].back().needed;
+  if (const auto looks = s.standing_looks(condition); !looks.empty()) {
+    needed = looks.back().needed;
   } else {
     double sum = 0.0;
     double ended = 0.0;
     for (std::uint32_t c = 0; c < s.plan.conditions.size(); ++c) {
       if (!s.is_ended_by_look(c)) continue;
-      sum += s.looks[c].back().counted;
+      sum += static_cast<double>(s.counted_in(c).size());
       ended += 1.0;
     }
     if (ended > 0.0) needed = sum / ended;
@@ -222,6 +240,20 @@ std::uint32_t SessionMachine::expected_left_in(std::uint32_t condition) const {
   if (!std::isfinite(needed)) return left;
   const double missing = std::ceil(needed) - static_cast<double>(s.counted_in(condition).size());
   return static_cast<std::uint32_t>(std::clamp(missing, 1.0, static_cast<double>(left)));
+}
+
+std::string SessionMachine::goals_missed() const {
+  const LedgerState& s = ledger_.state();
+  if (!s.protocol.stop_when) return {};
+  std::vector<std::string> missed;
+  for (std::uint32_t c = 0; c < s.plan.conditions.size(); ++c) {
+    const auto looks = s.standing_looks(c);
+    if (!looks.empty() && looks.back().end == protocol::LookEnd::kReached) continue;
+    missed.push_back(name_of(c));
+  }
+  if (missed.empty()) return {};
+  return fmt::format("; goals not reached at {} of {} conditions: {}", missed.size(),
+                     s.plan.conditions.size(), fmt::join(missed, ", "));
 }
 
 void SessionMachine::describe_conditions(v1::SessionState& state) const {

@@ -129,7 +129,7 @@ bool SessionMachine::runs_on_rig() const {
 std::optional<SessionMachine::Hold> SessionMachine::find_hold() {
   const LedgerState& s = ledger_.state();
   if (auto hold = hold_for_look()) {
-    if (s.is_pause_wanted) return Hold{v1::SESSION_PAUSED, "operator: resume", Asks::kNobody};
+    if (s.is_pause_wanted) return paused();
     return hold;
   }
   if (s.block == s.plan.blocks.size()) {
@@ -141,17 +141,17 @@ std::optional<SessionMachine::Hold> SessionMachine::find_hold() {
       return Hold{phase_, fmt::format("archive: receipts of {} rejected trials", owed), Asks::kNobody};
     }
     end(v1::SESSION_COMPLETED,
-        owed == 0 ? fmt::format("{} trials counted", s.counted)
-                  : fmt::format("{} trials counted; the archive has not confirmed {} rejected "
-                                "ones",
-                                s.counted, owed));
+        fmt::format("{} trials counted{}{}", s.counted, goals_missed(),
+                    owed == 0 ? "" : fmt::format("; the archive has not confirmed {} rejected ones", owed)));
     return std::nullopt;
   }
-  if (s.is_pause_wanted) {
-    return Hold{v1::SESSION_PAUSED, is_held() ? clear_then_resume() : "operator: resume", Asks::kNobody};
-  }
+  if (s.is_pause_wanted) return paused();
   if (auto hold = hold_for_rig(); hold || !is_active()) return hold;
   return hold_for_block();
+}
+
+SessionMachine::Hold SessionMachine::paused() const {
+  return {v1::SESSION_PAUSED, is_held() ? clear_then_resume() : "operator: resume", Asks::kNobody};
 }
 
 SessionMachine::Hold SessionMachine::service_hold(const std::string& what) const {

@@ -128,6 +128,12 @@ class SessionMachine {
     Asks asks = Asks::kNobody;
   };
 
+  /// An estimate of a condition's trials.
+  struct Seen {
+    const v1::Estimate* estimate = nullptr;  ///< nullptr: none has come.
+    std::size_t left_out = 0;                ///< Trials that count and are not in it.
+  };
+
   // session_machine.cpp: the course of the session (the inputs: session_inputs.cpp)
   void advance();
   void advance_abort();
@@ -139,12 +145,15 @@ class SessionMachine {
   [[nodiscard]] std::optional<Hold> hold_for_block();
   [[nodiscard]] std::optional<Hold> hold_for_axes(const protocol::Block& block);
   [[nodiscard]] Hold service_hold(const std::string& what) const;
+  [[nodiscard]] Hold paused() const;
 
   // session_looks.cpp: precision-led conditions, and how far conditions are
+  /// Of a precision-led protocol, for a person.
+  [[nodiscard]] std::string name_of(std::uint32_t condition) const;
   /// The condition whose newest trial has not been followed by a look; none: there is none.
   [[nodiscard]] std::optional<std::uint32_t> condition_to_look_at() const;
-  /// Of the trials that count, the newest among them; nullptr: it has not come.
-  [[nodiscard]] const v1::Estimate* estimate_of(std::uint32_t condition) const;
+  /// Of the trials that count, the newest among them, that which leaves fewest out.
+  [[nodiscard]] Seen estimate_of(std::uint32_t condition) const;
   [[nodiscard]] std::optional<Hold> hold_for_look();
   [[nodiscard]] Hold hold_for_estimate(std::uint32_t condition) const;
   void look(std::uint32_t condition, const v1::Estimate* estimate);
@@ -154,6 +163,9 @@ class SessionMachine {
   [[nodiscard]] double precision_of(std::uint32_t condition) const;
   [[nodiscard]] std::uint32_t left_in(std::uint32_t condition) const;
   [[nodiscard]] std::uint32_t expected_left_in(std::uint32_t condition) const;
+  /// Where goals were not reached, to follow how many trials were counted; empty: all were, or there are
+  /// none.
+  [[nodiscard]] std::string goals_missed() const;
   void describe_conditions(v1::SessionState& state) const;
   void command_next();
   void send_in_flight();

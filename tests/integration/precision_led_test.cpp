@@ -1,9 +1,14 @@
+#include <algorithm>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <signal.h>
 #include <sstream>
 
+#include "analysis_service/offline/archived_session.hpp"
+#include "services/protocol/estimate_look.hpp"
+#include "services/protocol/protocol.hpp"
+#include "services/store/open_store.hpp"
 #include "tests/integration/demo_run.hpp"
 
 namespace tonus::testing {
@@ -42,6 +47,50 @@ TEST(PrecisionLedSession, StopsAtEachPostureWhenItsIntervalsAreNarrowEnough) {
   const auto session = run.archived();
   const auto estimates = store::newest_estimates(session);
   EXPECT_EQ(std::ranges::count_if(estimates, [](const auto& e) { return e.method() == "refined"; }), 5);
+}
+
+/// The first `count` trials of a posture that count.
+store::Session first_trials(store::Session session, std::uint32_t posture, std::size_t count) {
+  std::erase_if(session.trials, [&](const store::SessionTrial& trial) {
+    const bool is_of_it = trial.outcome && store::why_not_counted(trial).empty() &&
+                          trial.outcome->value.program().posture_index() == posture;
+    if (!is_of_it || count == 0) return true;
+    --count;
+    return false;
+  });
+  return session;
+}
+
+TEST(PrecisionLedSession, StopsOfflineWhereItStoppedLive) {
+  TemporaryFolder folder;
+  DemoRun run = led_run(folder, "stiffness = 0.05\ntrials_least = 6\n");
+  ASSERT_EQ(run.finish(), 0) << run.everything_printed();
+  const auto session = run.archived();
+  const auto protocol = protocol::parse_protocol(session.plan.protocol_toml(), "protocol");
+  ASSERT_TRUE(protocol) << protocol.error().message;
+  const protocol::StopWhen& rule = *protocol->stop_when;
+  auto store = store::open_store_for_reading((run.folder() / "data" / "archive.sqlite").string());
+  ASSERT_TRUE(store) << store.error().message;
+  impedance::Options options;
+  options.method = impedance::Method::kRefined;
+  const auto progress = run.results().at("progress");
+  for (std::uint32_t posture = 0; posture < progress.size(); ++posture) {
+    SCOPED_TRACE(posture);
+    std::vector<protocol::Look> looks;
+    protocol::Ruling ruling;
+    for (auto trials = static_cast<std::size_t>(rule.trials_least);
+         ruling.end == protocol::LookEnd::kGoesOn && trials <= 16; ++trials) {
+      const auto found =
+          identification::identify_session(**store, first_trials(session, posture, trials), {options});
+      ASSERT_TRUE(found) << found.error().message;
+      ASSERT_EQ(found->size(), 1U);
+      looks.push_back(protocol::look_at(found->front().estimate));
+      ruling = protocol::ruling_on(rule, looks);
+    }
+    EXPECT_EQ(looks.back().trials, progress[posture].at("counted").get<std::size_t>());
+    EXPECT_EQ(looks.back().stiffness, progress[posture].at("precision").get<double>());
+    EXPECT_EQ(ruling.because, progress[posture].at("finished_because").get<std::string>());
+  }
 }
 
 TEST(PrecisionLedSession, SaysWhyItsGoalIsOutOfReach) {

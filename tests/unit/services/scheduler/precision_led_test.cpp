@@ -59,8 +59,18 @@ class LedLab : public Lab {
     return programs;
   }
 
+  /// Rejects a trial of posture `posture` by hand; identification makes its estimate without it.
+  void take_back(std::uint32_t attempt, std::uint32_t posture) {
+    reject(attempt, "take back");
+    v1::Estimate& e = estimates_[posture];
+    std::erase_if(e.trials(), [&](const v1::TrialRange& range) { return range.attempt() == attempt; });
+    set_widths(e);
+    post([e](SessionMachine& machine) { return machine.on_estimate(e); });
+  }
+
   bool has_estimates = true;
-  double hardens_above = 1.0;  // m: an estimate with such an amplitude fails the check
+  std::uint32_t forgotten = 0;  // attempts up to it are in no estimate: identification has lost them
+  double hardens_above = 1.0;   // m: an estimate with such an amplitude fails the check
 
  private:
   Fate measure(const v1::TrialProgram& program) {
@@ -71,14 +81,11 @@ class LedLab : public Lab {
     e.method("refined");
     e.model("linear");
     e.axes(2);
+    if (program.attempt() <= forgotten) return {};
     v1::TrialRange range;
     range.attempt(program.attempt());
     e.trials().push_back(range);
-    e.trials_used(static_cast<std::uint32_t>(e.trials().size()));
-    const double width = width_ / std::sqrt(e.trials_used());
-    e.stiffness_N_per_m(matrix_of(300.0, width));
-    e.damping_Ns_per_m(matrix_of(20.0, width));
-    e.mass_kg(matrix_of(2.0, width));
+    set_widths(e);
     const bool hardens = program.amplitude_m() > hardens_above || e.status() == v1::ESTIMATE_SUSPECT;
     e.status(hardens ? v1::ESTIMATE_SUSPECT : v1::ESTIMATE_OK);
     v1::FitCheck check;
@@ -87,6 +94,14 @@ class LedLab : public Lab {
     e.checks({check});
     if (has_estimates) post([e](SessionMachine& machine) { return machine.on_estimate(e); });
     return {};
+  }
+
+  void set_widths(v1::Estimate& e) const {
+    e.trials_used(static_cast<std::uint32_t>(e.trials().size()));
+    const double width = width_ / std::sqrt(e.trials_used());
+    e.stiffness_N_per_m(matrix_of(300.0, width));
+    e.damping_Ns_per_m(matrix_of(20.0, width));
+    e.mass_kg(matrix_of(2.0, width));
   }
 
   double width_;
@@ -190,6 +205,79 @@ TEST(PrecisionLed, OpensAConditionAgainWhereATrialOfItIsTakenBack) {
   state.counted_trials.erase(3);
   EXPECT_FALSE(state.is_ended_by_look(0));
   EXPECT_TRUE(state.is_open(1));  // set two has trials left
+}
+
+TEST(PrecisionLed, RunsATrialRejectedAfterTheStopAgainAndLooksAnew) {
+  LedLab lab(0.15);
+  lab.start();
+  ASSERT_TRUE(lab.run_until([&] { return lab.ledger().is_ended_by_look(0); }));
+  ASSERT_EQ(lab.ledger().counted_in(0).size(), 10U);
+  lab.take_back(3, 0);
+  ASSERT_TRUE(lab.run_to_end());
+  EXPECT_EQ(lab.phase(), v1::SESSION_COMPLETED);
+  EXPECT_EQ(lab.ledger().counted, 20U);
+  EXPECT_EQ(lab.ledger().attempts, 21U);
+  // The looks of which trial 3 was a part count no more: two others ended the condition.
+  const auto standing = lab.ledger().standing_looks(0);
+  ASSERT_EQ(standing.size(), 2U);
+  EXPECT_EQ(standing[0].counted, 9U);
+  EXPECT_EQ(standing[1].counted, 10U);
+  EXPECT_EQ(standing[1].newest, lab.ledger().counted_in(0).back());
+  EXPECT_EQ(standing[1].end, protocol::LookEnd::kReached);
+}
+
+TEST(PrecisionLed, EndsNoConditionByAnEstimateOfFewerTrialsThanTheFirstLookAsksFor) {
+  LedLab lab(0.03);  // narrow from the first trial on
+  lab.forgotten = 5;
+  lab.start();
+  ASSERT_TRUE(lab.run_to_end());
+  const auto& looks = lab.ledger().looks[0];
+  ASSERT_EQ(looks.size(), 7U);  // after 8 to 14 trials; from 13 on the estimate has 8 of them
+  for (std::size_t i = 0; i < 5; ++i) EXPECT_EQ(looks[i].estimate_id, kNoId) << i;
+  EXPECT_EQ(looks.back().end, protocol::LookEnd::kReached);
+}
+
+TEST(PrecisionLed, RunsEveryPlannedTrialWithoutAnEstimate) {
+  LedLab lab(0.01);
+  lab.has_estimates = false;
+  lab.start();
+  ASSERT_TRUE(lab.run_to_end());
+  EXPECT_EQ(lab.ledger().counted, 32U);
+  EXPECT_EQ(lab.machine().state().conditions().front().finished_because(),
+            "16 trials, the most allowed: there is no estimate with intervals");
+}
+
+TEST(PrecisionLed, SaysAtItsEndWhereGoalsWereNotReached) {
+  LedLab lab(0.60);
+  lab.start();
+  ASSERT_TRUE(lab.run_to_end());
+  EXPECT_EQ(lab.machine().state().message(),
+            "32 trials counted; goals not reached at 2 of 2 conditions: 'near', 'far'");
+  LedLab narrow(0.15);
+  narrow.start();
+  ASSERT_TRUE(narrow.run_to_end());
+  EXPECT_EQ(narrow.machine().state().message(), "20 trials counted");
+}
+
+TEST(PrecisionLed, StaysPausedWhetherItsEstimateComesOrNot) {
+  LedLab lab(0.15);
+  lab.has_estimates = false;
+  lab.start();
+  lab.run();
+  while (lab.ledger().counted < 8) {
+    lab.tick(1100ms);
+    lab.run();
+  }
+  lab.command(v1::SESSION_PAUSE, "pause");
+  lab.run();
+  EXPECT_EQ(lab.phase(), v1::SESSION_PAUSED);
+  lab.tick(20s);
+  lab.run();
+  EXPECT_EQ(lab.phase(), v1::SESSION_PAUSED);
+  EXPECT_EQ(lab.trial_commands.size(), 8U);
+  lab.command(v1::SESSION_RESUME, "resume");
+  lab.run();
+  EXPECT_EQ(lab.trial_commands.size(), 9U);
 }
 
 TEST(PrecisionLed, WaitsForItsEstimateForALimitedTimeAndSaysSo) {
