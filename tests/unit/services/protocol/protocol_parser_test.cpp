@@ -128,7 +128,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"name = \"small\"", "name = \"small\"\nbias = 1",
             "p.toml:4: bias: unknown key; expected one of confirm_posture, cue, kind, name, perturbation, "
             "posture, "
-            "rejection_limit, schema, shoulder_angle_rad"}));
+            "rejection_limit, schema, shoulder_angle_rad, stop_when"}));
 
 TEST(ProtocolParser, RefusesABiasThatDoesNotFitItsSets) {
   EXPECT_EQ(
