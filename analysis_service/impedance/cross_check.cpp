@@ -21,6 +21,7 @@ std::optional<CrossCheck> cross_check(const refined::Estimate& refined, const Es
                                       Entry{"K", &Parameters::K, 2 * axes}};
   CrossCheck check;
   for (const auto& [name, matrix, first] : matrices) {
+    const double same = kSameNumber * (state_variable.value.*matrix).cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < axes; ++i) {
       for (Eigen::Index j = 0; j < axes; ++j) {
         const auto spread = refined.covariance->spread_of(Eigen::VectorXd::Unit(q * axes, i * q + first + j));
@@ -28,7 +29,7 @@ std::optional<CrossCheck> cross_check(const refined::Estimate& refined, const Es
         const double other = 0.5 * ((state_variable.high.*matrix)(i, j) - (state_variable.low.*matrix)(i, j));
         const double a = refined.theta(first + j, i);
         const double b = (state_variable.value.*matrix)(i, j);
-        const double value = std::abs(a - b) / std::hypot(own, other);
+        const double value = std::abs(a - b) / std::hypot(own, other, same);
         if (!(value > check.value)) continue;
         check.value = value;
         check.detail = fmt::format(

@@ -20,6 +20,11 @@ inline constexpr std::size_t kFewestCrossChecked = 8;
 /// tests/RESULTS.md).
 inline constexpr double kLargestDifference = 1.25;
 
+/// Share of a matrix's largest element by which the methods' own discretisations may differ, whatever the
+/// noise: without it two numbers that agree to four digits would be called different where the data have no
+/// noise.
+inline constexpr double kSameNumber = 0.002;
+
 /// How far two methods are from each other in the same trials.
 struct CrossCheck {
   double value = 0.0;  ///< Largest difference of an element, in joint 95 % half-widths.
@@ -29,7 +34,8 @@ struct CrossCheck {
 };
 
 /// Holds M, B, K of method refined against those of state_variable less its known bias: each element's
-/// difference over the root of the sum of the squared half-widths. None where either has no numbers.
+/// difference over the root of the sum of the squared half-widths and of kSameNumber. None where either has
+/// no numbers.
 [[nodiscard]] std::optional<CrossCheck> cross_check(const refined::Estimate& refined,
                                                     const Estimate& state_variable);
 

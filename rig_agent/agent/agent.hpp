@@ -105,7 +105,7 @@ class Agent {
     std::uint64_t number = 0;
   };
   struct PendingReply {
-    std::uint64_t request = 0;
+    std::uint64_t request = 0;               ///< To the loop; 0: none, it waits for another's.
     std::optional<v1::RigReply> reply = {};  ///< None: the agent asks the loop for itself.
     bool is_emergency_stop = false;          ///< Answered when the loop shows the fault.
     bool is_start = false;                   ///< Of a trial.
@@ -139,7 +139,10 @@ class Agent {
   void watch_hold();
   void watch_lease();
   void watch_cycles();
-  void finish_clearing(PendingReply& pending);
+  /// An order to clear the hold in force is with the loop.
+  [[nodiscard]] bool is_being_cleared() const;
+  [[nodiscard]] Result<void> clear_latch(std::uint32_t hold);
+  void answer_clears(std::uint32_t hold, const Result<void>& cleared);
   [[nodiscard]] v1::RigMode mode() const;
   [[nodiscard]] bool is_emergency_stopped() const;
   void take_receipts();

@@ -108,7 +108,20 @@ void Agent::clear_fault(const v1::RigCommand& command, PendingReply pending) {
   }
   pending.clears_hold = latch_.number();
   spdlog::info("hold {} is to be cleared by {}", latch_.number(), command.requested_by());
-  post(control::CommandKind::kClearFaults, std::move(pending));
+  if (is_being_cleared()) {  // a second order could clear what has happened after the first
+    pending.request = 0;
+    if (has_too_many_pending())
+      return answer(pending, false, "too many requests wait for an answer; ask again");
+    pending_replies_.push_back(std::move(pending));
+  } else {
+    post(control::CommandKind::kClearFaults, std::move(pending));
+  }
+}
+
+bool Agent::is_being_cleared() const {
+  return std::any_of(pending_replies_.begin(), pending_replies_.end(), [this](const PendingReply& pending) {
+    return pending.clears_hold == latch_.number() && pending.request != 0;
+  });
 }
 
 std::string Agent::why_not_armed(const v1::RigCommand& command) const {
@@ -156,7 +169,7 @@ void Agent::watch_hold() {
   if (news != 0) latch(phrase_of(HoldReason::kFault) + control::fault_text(news), is_emergency_stopped());
   noted_faults_ = faults;
   const bool may_clear = options_.resumes_unattended && latch_.is_held() && !latch_.needs_operator();
-  if (!may_clear || running_ || clock_.now() < unattended_due_) return;
+  if (!may_clear || running_ || is_being_cleared() || clock_.now() < unattended_due_) return;
   unattended_due_ = clock_.now() + kUnattendedPeriod;
   PendingReply pending;
   pending.request = ++last_request_;
@@ -207,31 +220,43 @@ void Agent::collect_replies() {
     if (pending == pending_replies_.end()) continue;
     const bool is_done = reply.result == control::CommandResult::kDone ||
                          reply.result == control::CommandResult::kNothingRunning;
-    if (is_done && pending->clears_hold != 0) {
-      finish_clearing(*pending);
-    } else if (pending->is_start) {
+    const std::string remains = "not cleared: " + control::fault_text(reply.remaining);
+    if (pending->clears_hold != 0) {
+      const std::uint32_t hold = pending->clears_hold;
+      answer_clears(hold, is_done ? clear_latch(hold) : Result<void>(fail(ErrorCode::kUnavailable, remains)));
+      continue;
+    }
+    if (pending->is_start) {
       if (!is_done && running_) {
         refuse(running_->command, "the loop did not start it: " + control::fault_text(loop_.state().faults));
         running_.reset();
       }
     } else {
-      answer(*pending, is_done, is_done ? "done" : "not cleared: " + control::fault_text(reply.remaining));
+      answer(*pending, is_done, is_done ? "done" : remains);
     }
     pending_replies_.erase(pending);
   }
 }
 
 // The loop is free; the latch follows, and where it cannot, the loop goes back.
-void Agent::finish_clearing(PendingReply& pending) {
+Result<void> Agent::clear_latch(std::uint32_t hold) {
   noted_faults_ = 0;
-  const auto cleared = latch_.clear(pending.clears_hold);
-  if (cleared) {
-    spdlog::info("hold {} is cleared", pending.clears_hold);
-    state_due_ = clock_.now();
-  } else {
-    loop_.hold();
+  if (const auto cleared = latch_.clear(hold); !cleared) {
+    if (latch_.is_held()) loop_.hold();
+    return fail(cleared.error().code, "not cleared: " + cleared.error().message);
   }
-  answer(pending, cleared.has_value(), cleared ? "cleared" : "not cleared: " + cleared.error().message);
+  spdlog::info("hold {} is cleared", hold);
+  state_due_ = clock_.now();
+  return {};
+}
+
+// Everybody who asked for it.
+void Agent::answer_clears(std::uint32_t hold, const Result<void>& cleared) {
+  std::erase_if(pending_replies_, [&](PendingReply& pending) {
+    if (pending.clears_hold != hold) return false;
+    answer(pending, cleared.has_value(), cleared ? "cleared" : cleared.error().message);
+    return true;
+  });
 }
 
 void Agent::answer(PendingReply& pending, bool is_done, const std::string& message) {

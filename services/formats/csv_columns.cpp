@@ -256,7 +256,7 @@ constexpr std::array kEstimateColumns{
                              line.whole(static_cast<std::uint32_t>(row.estimate.status()));
                            }},
     CsvColumn<EstimateRow>{
-        "reasons", "", "why it is not ok, names between spaces",
+        "reasons", "", "why it is not ok, separated by semicolons",
         [](const EstimateRow& row, CsvLine& line) { line.text(reasons_text(row.estimate)); }},
     CsvColumn<EstimateRow>{
         "trials_used", "", "trials behind the estimate",
@@ -289,7 +289,7 @@ std::span<const CsvColumn<Session>> session_columns() { return kSessionColumns; 
 std::span<const CsvColumn<NoteRow>> note_columns() { return kNoteColumns; }
 std::string reasons_text(const v1::Estimate& estimate) {
   std::string text;
-  for (const std::string& reason : estimate.reasons()) text += (text.empty() ? "" : " ") + reason;
+  for (const std::string& reason : estimate.reasons()) text += (text.empty() ? "" : "; ") + reason;
   return text;
 }
 

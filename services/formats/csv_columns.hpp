@@ -24,7 +24,7 @@ struct NoteRow {
 };
 [[nodiscard]] std::span<const CsvColumn<NoteRow>> note_columns();
 
-/// Why an estimate is not ok: names between spaces; empty: it is.
+/// Why an estimate is not ok: separated by "; "; empty: it is.
 [[nodiscard]] std::string reasons_text(const v1::Estimate& estimate);
 
 /// A trial with an outcome.

@@ -11,9 +11,10 @@ using std::string_view;
 constexpr std::array<string_view, 1> kEverything{"*"};
 
 // What every service says of itself, and then what is its own.
-constexpr std::array<string_view, 11> kRig{
-    "service/health", "service/configuration", "clock/echo", "rig/description", "rig/state",    "rig/samples",
-    "rig/timing",     "rig/flight_record",     "rig/reply",  "rig/stopped",     "trial/outcome"};
+constexpr std::array<string_view, 12> kRig{
+    "service/health", "service/configuration", "clock/echo", "rig/description",   "rig/state",
+    "rig/samples",    "rig/auxiliary",         "rig/timing", "rig/flight_record", "rig/reply",
+    "rig/stopped",    "trial/outcome"};
 constexpr std::array<string_view, 12> kScheduler{
     "service/health", "service/configuration", "clock/echo",   "rig/command",
     "rig/lease",      "trial/command",         "session/plan", "session/state",

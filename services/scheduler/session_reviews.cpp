@@ -10,6 +10,12 @@
 namespace tonus::scheduler {
 namespace {
 
+/// Why a request about a trial is refused that the session does not have.
+std::string unknown_trial(std::uint32_t begun) {
+  if (begun == 0) return "trial: the session has begun none yet";
+  return fmt::format("trial: not one of this session; expected one of the {} that it has begun", begun);
+}
+
 /// More notes than anybody writes; each is kept in memory and published to late joiners.
 constexpr std::size_t kNotesMost = 1000;
 
@@ -43,10 +49,7 @@ void SessionMachine::review(const v1::SessionCommand& command) {
   if (auto good = contract::check_name("by", command.requested_by()); !good)
     return refuse(good.error().message);
   const auto attempt = attempt_of(command.trial_id());
-  if (!attempt) {
-    return refuse(fmt::format("trial: {} is not allowed; expected a trial of this session, 1 to {}",
-                              to_hex(command.trial_id()), s.attempts));
-  }
+  if (!attempt) return refuse(unknown_trial(s.attempts));
   if (const std::string why = why_not_reviewed(*attempt); !why.empty()) return refuse(why);
 
   const std::uint32_t index = s.counted_trials.at(*attempt);
@@ -88,10 +91,8 @@ void SessionMachine::take_note(const v1::SessionCommand& command) {
     return refuse(good.error().message);
   if (auto good = contract::check_name("by", command.requested_by()); !good)
     return refuse(good.error().message);
-  if (command.trial_id() != kNoId && !attempt_of(command.trial_id())) {
-    return refuse(fmt::format("trial: {} is not allowed; expected a trial of this session, 1 to {}",
-                              to_hex(command.trial_id()), s.attempts));
-  }
+  if (command.trial_id() != kNoId && !attempt_of(command.trial_id()))
+    return refuse(unknown_trial(s.attempts));
   if (s.notes.size() >= kNotesMost)
     return refuse(fmt::format("the session has {} notes; expected at most {}", s.notes.size(), kNotesMost));
 

@@ -2,6 +2,7 @@
 #include <gtest/gtest.h>
 #include <signal.h>
 
+#include "services/core/text_file.hpp"
 #include "tests/integration/demo_run.hpp"
 
 namespace tonus::testing {
@@ -50,15 +51,23 @@ void expect_same_numbers(const nlohmann::json& a, const nlohmann::json& b) {
 
 /// Trials rejected by hand while the session goes on, with its scheduler and then its identification killed.
 TEST_F(ArchivedSession, WithTrialsRejectedByHandHasTheEstimatesWithoutThemToTheLastBit) {
-  DemoRun demo({source_file("deploy/protocols/unloaded.toml").string(), "--profile",
-                source_file("deploy/profiles/default.toml").string()});
-  ASSERT_TRUE(demo.process().wait_for_output("trials: 8 of 80", kLimit)) << demo.everything_printed();
+  // The session waits for the operator at each posture, and so for this test.
+  const auto protocol = folder_ / "protocol.toml";
+  std::string text = read_text_file(source_file("deploy/protocols/unloaded.toml")).value();
+  const std::string kGoesOn = "confirm_posture = false";
+  ASSERT_NE(text.find(kGoesOn), std::string::npos);
+  std::ofstream(protocol) << text.replace(text.find(kGoesOn), kGoesOn.size(), "confirm_posture = true");
+  DemoRun demo({protocol.string(), "--profile", source_file("deploy/profiles/default.toml").string()});
+  ASSERT_TRUE(demo.process().wait_for_output("posture 'reference'", kLimit)) << demo.everything_printed();
   const std::string domain = std::to_string(own_domain());
   const std::string data = (demo.folder() / "data").string();
+  const auto resume = [&] { return run_tonus({"resume", "--domain", domain, "--data", data}); };
   const auto ask = [&](std::vector<std::string> words) {
     words.insert(words.end(), {"--domain", domain, "--data", data, "--by", "Ada"});
     return run_tonus(words);
   };
+  ASSERT_EQ(resume(), 0) << output_;
+  ASSERT_TRUE(demo.process().wait_for_output("posture 'distal'", kLimit)) << demo.everything_printed();
   ASSERT_EQ(ask({"reject", "3", "--because", "coughed"}), 0) << output_;
   EXPECT_NE(output_.find("trial 3 is left out and runs again"), std::string::npos) << output_;
   const pid_t scheduler = child_named(demo.process().id(), "tonus-scheduler");
@@ -76,6 +85,10 @@ TEST_F(ArchivedSession, WithTrialsRejectedByHandHasTheEstimatesWithoutThemToTheL
   const pid_t identification = child_named(demo.process().id(), "tonus-identification");
   ASSERT_NE(identification, 0);
   ASSERT_EQ(kill(identification, SIGKILL), 0);
+  const auto limit = std::chrono::steady_clock::now() + 2 * kLimit;
+  while (demo.process().wait(std::chrono::milliseconds(100)) == Process::kStillRunning &&
+         std::chrono::steady_clock::now() < limit)
+    (void)resume();
   ASSERT_EQ(demo.finish(), 0) << demo.everything_printed();
 
   const store::Session session = demo.archived();

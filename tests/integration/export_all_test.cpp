@@ -32,8 +32,9 @@ TEST(ExportAll, WritesEverySessionOfAnArchiveAsOneDatasetThatCanBeImported) {
   EXPECT_THAT(exported.output, ::testing::HasSubstr("3 sessions, 3 recordings"));
   std::set<std::string> labels;
   for (const auto& subject : {"sub-s01", "sub-s02"}) {
-    for (const auto& session : fs::directory_iterator(out / subject))
-      labels.insert(session.path().filename().string());
+    for (const auto& session : fs::directory_iterator(out / subject)) {
+      if (session.is_directory()) labels.insert(session.path().filename().string());
+    }
   }
   EXPECT_EQ(labels.size(), 3U) << "each session has a label of its own";
   for (const auto& label : labels) {

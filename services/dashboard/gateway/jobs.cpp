@@ -111,8 +111,9 @@ Result<std::uint64_t> Jobs::order_export(const std::string& session, const std::
   order.words = {folders_.tonus.string(), "export",   to_hex(*id), "--archive",
                  folders_.store,          "--format", format,      "--out",
                  order.made.string()};
+  const std::string path = "/exports/" + order.kept.filename().string();
   return add({0, "export", fmt::format("{} {}", to_hex(*id).substr(0, 8), format), JobState::kWaiting, 0, 0,
-              "", "/exports/" + order.kept.filename().string()},
+              "", path},
              std::move(order));
 }
 

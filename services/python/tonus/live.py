@@ -100,8 +100,6 @@ class Subscription:
             return _message(await asyncio.wait_for(self._socket.recv(), self._timeout))
         except asyncio.TimeoutError as error:
             raise TimeoutError(f"gateway {self._place}: nothing came within {self._timeout} s") from error
-        except websockets.ConnectionClosedOK:
-            return None
         except websockets.ConnectionClosed as error:
             if self._closed:
                 return None

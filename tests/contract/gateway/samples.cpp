@@ -119,6 +119,22 @@ SampleMessage rig_samples() {
                   {"samples.2.flags", "3"}});
 }
 
+SampleMessage rig_auxiliary() {
+  v1::AuxiliaryBlock b;
+  b.rig_id(key(37));
+  b.epoch(5);
+  b.first_sequence(40);
+  b.sample_count(2);
+  b.is_resent(true);
+  b.values({0.25F, -1.5F, 3.0F, 4.0F});
+  return message(topics::kRigAuxiliary, b,
+                 {{"first_sequence", "40"},
+                  {"sample_count", "2"},
+                  {"is_resent", "true"},
+                  {"values.length", "4"},
+                  {"values.1", "-1.5"}});
+}
+
 SampleMessage rig_timing() {
   v1::RigTiming t;
   t.rig_id(key(6));
@@ -242,6 +258,23 @@ SampleMessage trial_verdict() {
                   {"missing_samples", "4294967295"}});
 }
 
+SampleMessage trial_review() {
+  v1::TrialReview r;
+  r.trial_id(key(38));
+  r.attempt(7);
+  r.posture_index(2);
+  r.is_rejected(true);
+  r.reason("the subject spoke");
+  r.reviewed_by("contract test");
+  r.reviewed_ns(18446744073709551615ULL);
+  return message(topics::kTrialReview, r,
+                 {{"attempt", "7"},
+                  {"posture_index", "2"},
+                  {"is_rejected", "true"},
+                  {"reason", "the subject spoke"},
+                  {"reviewed_ns", "18446744073709551615"}});
+}
+
 v1::Estimate estimate() {
   v1::Estimate e;
   e.estimate_id(key(16));
@@ -340,6 +373,23 @@ SampleMessage session_reply() {
   r.is_done(true);
   r.message("80 trials planned");
   return message(topics::kSessionReply, r, {{"is_done", "true"}, {"message", "80 trials planned"}});
+}
+
+SampleMessage session_note() {
+  v1::SessionNote n;
+  n.note_id(key(39));
+  n.kind("marker");
+  n.text("cuff on");
+  n.written_by("contract test");
+  n.has_rig_clock(true);
+  n.rig_clock_ns(-5);
+  n.epoch(6);
+  return message(topics::kSessionNote, n,
+                 {{"kind", "marker"},
+                  {"text", "cuff on"},
+                  {"has_rig_clock", "true"},
+                  {"rig_clock_ns", "-5"},
+                  {"epoch", "6"}});
 }
 
 SampleMessage session_cue() {
@@ -459,7 +509,10 @@ std::vector<SampleMessage> sample_messages() {
           clock_offset(),
           rig_stop(),
           rig_stopped(),
-          rig_lease()};
+          rig_lease(),
+          rig_auxiliary(),
+          trial_review(),
+          session_note()};
 }
 
 }  // namespace tonus::testing

@@ -57,13 +57,16 @@ struct Life {
   LifeClock clock;
   std::vector<Task> tasks;
   bool is_dead = false;               ///< What it still writes, to disk or bus, goes nowhere.
+  bool is_taken_down = false;         ///< In its destructors, which nothing may be thrown out of.
   std::optional<unsigned> acts_left;  ///< Writes until it dies in one.
 
   /// Before each write: true where the program dies in this one.
   [[nodiscard]] bool dies_now() {
     if (!acts_left || is_dead) return false;
     if (*acts_left > 0) --*acts_left;
-    return *acts_left == 0;
+    if (*acts_left > 0) return false;
+    is_dead = is_taken_down;
+    return !is_taken_down;
   }
 };
 

@@ -5,6 +5,7 @@
 
 #include "idl/topics.hpp"
 #include "services/contract/names.hpp"
+#include "services/contract/subject.hpp"
 #include "services/core/name.hpp"
 #include "services/runtime/drain.hpp"
 #include "tests/support/needed.hpp"
@@ -106,6 +107,7 @@ void Operator::ask(v1::SessionRequest request) {
   if (request == v1::SESSION_START) {
     command.protocol_toml(protocol_);
     command.subject("sub-01");
+    command.subject_facts(contract::unknown_subject());
     command.seed(random_.next() >> 1);
   }
   (void)commands_.write(command);

@@ -9,6 +9,7 @@
 #include <utility>
 #include <vector>
 
+#include "idl/topics.hpp"
 #include "services/contract/names.hpp"
 #include "tests/fault/simulator/disk.hpp"
 #include "tests/fault/simulator/network.hpp"
@@ -51,6 +52,7 @@ class World {
         network_(now_, random_, drawn_network(),
                  [this](const Life& writer, const std::string& topic, std::span<const std::byte> payload) {
                    witness_.written(now_, writer.program, topic, payload);
+                   say_reply(writer, topic, payload);
                  }),
         operator_life_(std::make_shared<Life>("operator", now_, utc_step_)) {
     std::filesystem::remove_all("world");
@@ -165,7 +167,11 @@ class World {
     } catch (const Died&) {
       life.is_dead = true;
     }
-    if (life.is_dead) return say(life, "dies in a write"), take_back(*seat), die(*seat), false;
+    if (life.is_dead) {
+      say(life, "dies in a write");
+      if (seat->name == kRig) witness_.rig_lost_a_write();
+      return take_back(*seat), die(*seat), false;
+    }
     if (!*due) {
       say(life, (*due).error().message);
       take_back(*seat);
@@ -189,8 +195,18 @@ class World {
                    life.program.c_str(), what.c_str());
   }
 
+  void say_reply(const Life& writer, const std::string& topic, std::span<const std::byte> payload) const {
+    if (options_.is_quiet) return;
+    if (topic == topics::kSessionReply.spec.name) {
+      if (const auto reply = bus::decode<v1::SessionReply>(payload)) say(writer, reply->message());
+    } else if (topic == topics::kRigReply.spec.name) {
+      if (const auto reply = bus::decode<v1::RigReply>(payload)) say(writer, reply->message());
+    }
+  }
+
   void take_back(const Seat& seat) {
-    if (seat.name == kRig || seat.name == kScheduler) witness_.take_back("an end of " + seat.name);
+    if (seat.name == kRig) witness_.take_back("an end of the rig's agent");
+    if (seat.name == kScheduler) witness_.scheduler_ended(now_);
   }
 
   void start(Seat& seat) {
@@ -225,6 +241,7 @@ class World {
   void gone(Seat& seat) {
     {
       const WritesOf writes(*seat.life, disk_of(seat));
+      seat.life->is_taken_down = true;
       seat.program.reset();
     }
     seat.life->tasks.clear();

@@ -11,6 +11,8 @@
 namespace tonus::simulator {
 namespace {
 
+constexpr std::chrono::seconds kLease{
+    5};  // more than the profile's command time-out, and what the network adds
 constexpr std::uint64_t kPrime = 0x100000001b3ULL;
 
 template <typename Value>
@@ -59,6 +61,7 @@ void Witness::written(Time now, const std::string& program, const std::string& t
   if (topic == topics::kRigSamples.spec.name) return saw_block(now, payload);
   if (topic == topics::kArchiveReceipt.spec.name) return saw_receipt(now, payload);
   if (topic == topics::kSessionState.spec.name) return saw_state(payload);
+  if (topic == topics::kTrialCommand.spec.name) commanded_at_ = now;
 }
 
 void Witness::saw_block(Time now, std::span<const std::byte> payload) {
@@ -102,8 +105,18 @@ void Witness::saw_loop(Time now, const control::LoopState& loop, bool is_held) {
   if (trial_ == 0) return;
   has_seen_trial_ = true;
   if (is_held) note(now, "a trial began while the rig was held");
-  if (!taken_back_because_.empty())
+  if (!taken_back_because_.empty() && !was_told_before_the_schedulers_end(now))
     note(now, "a trial began without an operator's resume after: " + taken_back_because_);
+}
+
+void Witness::scheduler_ended(Time now) {
+  if (!taken_back_because_.empty()) return;
+  taken_back_because_ = "an end of the scheduler";
+  scheduler_ended_at_ = now;
+}
+
+bool Witness::was_told_before_the_schedulers_end(Time now) const {
+  return scheduler_ended_at_ && commanded_at_ <= *scheduler_ended_at_ && now - *scheduler_ended_at_ < kLease;
 }
 
 void Witness::rig_began(Time now, bool is_held) {

@@ -2,6 +2,7 @@
 
 #include <cstdint>
 #include <map>
+#include <optional>
 #include <set>
 #include <span>
 #include <string>
@@ -24,8 +25,16 @@ class Witness {
                std::span<const std::byte> payload);
 
   /// The rig may move after an operator's word, and no more after what takes it back.
-  void grant() { taken_back_because_.clear(); }
-  void take_back(const std::string& because) { taken_back_because_ = because; }
+  void grant() {
+    taken_back_because_.clear();
+    scheduler_ended_at_.reset();
+  }
+  void take_back(const std::string& because) {
+    taken_back_because_ = because;
+    scheduler_ended_at_.reset();
+  }
+  /// It takes the word back too; but the rig may begin what it was told before, until it misses the lease.
+  void scheduler_ended(Time now);
   /// After each part of the loop's cycles.
   void saw_loop(Time now, const control::LoopState& loop, bool is_held);
   /// The rig's program ends, or begins.
@@ -34,6 +43,8 @@ class Witness {
 
   /// The rig's disk takes nothing from now on, or does again: what is published meanwhile is kept nowhere.
   void rig_disk(bool is_full) { is_rig_disk_full_ = is_full; }
+  /// The rig's program died in a write: what it wrote is torn.
+  void rig_lost_a_write() { has_unkept_ = true; }
 
   /// When all is over. `has_completed`: the session has run all of its trials. Samples that were published
   /// after `since` may still be on their way.
@@ -53,12 +64,15 @@ class Witness {
   void check_samples(Time since);
   void check_counts(const Id& session, bool has_completed);
   void check_verification(const Id& session);
+  [[nodiscard]] bool was_told_before_the_schedulers_end(Time now) const;
   [[nodiscard]] bool holds(const store::StreamKey& stream, store::SequenceRange range);
 
   store::Store& store_;
   std::uint64_t hash_ = 0xcbf29ce484222325ULL;
   std::vector<std::string> broken_;
   std::string taken_back_because_ = "nobody has started a session";
+  std::optional<Time> scheduler_ended_at_;  ///< Since the last word, and nothing else has taken it back.
+  Time commanded_at_{};                     ///< The last trial.
   std::uint64_t trial_ = 0;
   bool has_seen_trial_ = false;
   bool must_be_held_ = false;

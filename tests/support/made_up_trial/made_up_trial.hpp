@@ -15,7 +15,7 @@ namespace tonus::identification::testing {
 inline constexpr double kRate = 200.0;  // Hz
 
 struct TrueArm {
-  Eigen::Matrix2d M{{1.6, 0.3}, {0.2, 1.1}};        // kg
+  Eigen::Matrix2d M{{1.6, 0.25}, {0.25, 1.1}};      // kg
   Eigen::Matrix2d B{{14.0, 3.0}, {2.5, 10.0}};      // N s/m
   Eigen::Matrix2d K{{320.0, 60.0}, {50.0, 210.0}};  // N/m
 };

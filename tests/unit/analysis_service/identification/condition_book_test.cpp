@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <gmock/gmock.h>
 #include <random>
+#include <spdlog/fmt/fmt.h>
 
 #include "analysis_service/identification/conversion.hpp"
 #include "analysis_service/identification/live_estimator.hpp"
@@ -28,6 +29,16 @@ void add(ConditionBook& book, const MeasuredTrial& trial) {
   ASSERT_TRUE(book.add_valid(trial.report, converted(trial)));
 }
 
+std::string why(const impedance::Estimate& estimate) {
+  std::string text{impedance::name_of(estimate.method)};
+  for (const auto reason : estimate.reasons) {
+    const auto detail = estimate.details.find(reason);
+    text += fmt::format("; {}: {}", impedance::name_of(reason),
+                        detail == estimate.details.end() ? "" : detail->second);
+  }
+  return text;
+}
+
 /// Same to the last bit.
 void expect_same(const impedance::Estimate& a, const impedance::Estimate& b) {
   EXPECT_EQ(a.status, b.status);
@@ -50,7 +61,7 @@ TEST(ConditionBook, FindsTheArmThatTheTrialsWereMadeOf) {
   const auto estimates = book.identify(book.changed().front());
   ASSERT_THAT(estimates, SizeIs(1));
   const auto& found = estimates[0].estimate;
-  EXPECT_EQ(found.status, impedance::Status::kOk) << estimates[0].refusal;
+  EXPECT_EQ(found.status, impedance::Status::kOk) << estimates[0].refusal << why(found);
   const testing::TrueArm arm;
   EXPECT_LT((found.value.M - arm.M).cwiseAbs().maxCoeff(), 0.01 * arm.M.maxCoeff());
   EXPECT_LT((found.value.B - arm.B).cwiseAbs().maxCoeff(), 0.01 * arm.B.maxCoeff());
@@ -222,7 +233,7 @@ TEST(ConditionBook, MakesEveryAnalysisThatItIsToldTo) {
   const auto condition = book.changed().front();
   std::set<Id> ids;
   for (const auto& estimate : book.identify(condition)) {
-    EXPECT_EQ(estimate.estimate.status, impedance::Status::kOk);
+    EXPECT_EQ(estimate.estimate.status, impedance::Status::kOk) << why(estimate.estimate);
     ids.insert(estimate_id(condition, estimate.estimate.method, estimate.estimate.model));
   }
   EXPECT_THAT(ids, SizeIs(3));

@@ -1,5 +1,7 @@
 // When the rig is held, what frees it, and who may move it.
 
+#include <set>
+
 #include "tests/unit/rig_agent/agent/agent_fixture.hpp"
 
 namespace tonus::rig {
@@ -95,6 +97,31 @@ TEST_F(AgentHoldTest, ClearingFreesTheRigAndArmsNothing) {
   EXPECT_EQ(refusal(2), "");
   start_armed(2000);
   EXPECT_NE(state().mode(), v1::RIG_HELD);
+}
+
+TEST_F(AgentHoldTest, ClearsOfOneHoldThatComeTogetherFreeTheRigAndAreAllAnswered) {
+  fault();
+  v1::RigCommand command;
+  command.rig_id(rig_->names().id);
+  command.request(v1::RIG_CLEAR_FAULT);
+  command.hold_number(latch_->number());
+  std::set<Id> asked;
+  for (int i = 0; i < 3; ++i) {
+    command.request_id(random_id());
+    asked.insert(command.request_id());
+    ASSERT_TRUE(rig_commands_->write(command));
+  }
+  for (int i = 0; i < 1000 && !asked.empty(); ++i) {
+    agent_->step();
+    for (const auto& received : runtime::drain(*rig_replies_)) {
+      EXPECT_TRUE(received.value.is_done()) << received.value.message();
+      asked.erase(received.value.request_id());
+    }
+  }
+  EXPECT_TRUE(asked.empty());
+  agent_->step();
+  EXPECT_EQ(state().mode(), v1::RIG_FREE);
+  EXPECT_EQ(rig_->loop().state().faults, 0U);
 }
 
 TEST_F(AgentHoldTest, AClearOfAnEarlierHoldLeavesALaterOne) {

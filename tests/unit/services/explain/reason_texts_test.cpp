@@ -43,9 +43,10 @@ void expect_same(const Names& texts, const Names& code, const char* what) {
 
 TEST(ReasonTexts, ExplainEveryReasonOfAVerdictAndNoOther) {
   expect_same(explained(Kind::kVerdict), names_of<v1::VerdictReason>(v1::reason_name), "verdict");
-  expect_same(explained(Kind::kVerdict),
-              names_of<identification::Defect>([](auto defect) { return identification::name_of(defect); }),
-              "verdict");
+  const Names texts = explained(Kind::kVerdict);
+  for (const auto& name :
+       names_of<identification::Defect>([](auto defect) { return identification::name_of(defect); }))
+    EXPECT_TRUE(texts.contains(name)) << "defect '" << name << "' has no text";
 }
 
 TEST(ReasonTexts, ExplainEveryReasonOfAnEstimateAndNoOther) {

@@ -4,7 +4,6 @@
 #include <gtest/gtest.h>
 #include <limits>
 
-#include "services/contract/subject.hpp"
 #include "services/scheduler/session_folder.hpp"
 #include "tests/support/scheduler_lab/lab.hpp"
 
@@ -22,8 +21,10 @@ std::vector<Record> one_of_each() {
   program.wait_s(3.25);
   program.bias_N({0.5, -0.5});
   program.recording_event(-1);
+  v1::SubjectFacts facts;
+  facts.age_years(34.0);
   return {record::Started{id_of("s"), id_of("r"), "schema = 1", "s01", 42, "2026-01-02T03:04:05Z", "0.1.0",
-                          contract::unknown_subject(), "Ada", "study", true},
+                          facts, "the operator", "study-1", true},
           record::Bound{id_of("rig/test"), {0.3, 0.35}},
           record::Commanded{program},
           record::Counted{7, 10.5},

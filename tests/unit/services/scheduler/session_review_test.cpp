@@ -184,7 +184,7 @@ TEST(Rejection, ByHandIsRefusedInOneLineWhereItIsImpossible) {
   const auto running = lab->ledger().in_flight->attempt();
   EXPECT_EQ(refusal(*lab, running, "running"),
             "trial " + std::to_string(running) + " is not counted yet: it runs, or waits for its verdict");
-  EXPECT_THAT(refusal(*lab, 99, "unknown"), HasSubstr("is not allowed; expected a trial of this session"));
+  EXPECT_THAT(refusal(*lab, 99, "unknown"), HasSubstr("trial: not one of this session; expected one of the"));
   EXPECT_EQ(refusal(*lab, 2, "blank", " "),
             "text: an empty text is not allowed; expected 1 to 1000 bytes on one line");
   EXPECT_EQ(refusal(*lab, 2, "long", std::string(50'000, 'x')),
@@ -303,7 +303,7 @@ TEST(Note, IsRefusedInOneLineWhereItIsImpossible) {
   EXPECT_EQ(refused("", "note", 0),
             "text: an empty text is not allowed; expected 1 to 1000 bytes on one line");
   EXPECT_EQ(refused("hm", "remark", 0), "note_kind: 'remark' is not allowed; expected note or marker");
-  EXPECT_THAT(refused("hm", "note", 77), HasSubstr("expected a trial of this session"));
+  EXPECT_THAT(refused("hm", "note", 77), HasSubstr("trial: not one of this session"));
   EXPECT_EQ(refused(std::string(2000, 'x'), "note", 0),
             "text: a text of 2000 bytes is not allowed; expected 1 to 1000 bytes on one line");
   EXPECT_TRUE(lab->notes.empty());
