@@ -150,29 +150,33 @@ Motion simulate_motion(const Truth& truth, const Design& design, const Disturban
   return motion;
 }
 
+impedance::Trial simulate_trial(const Truth& truth, const Design& design, const Setting& setting,
+                                const Eigen::Vector2d& target, std::uint32_t number,
+                                std::mt19937_64& random) {
+  Motion motion = setting.error.is_none()
+                      ? simulate_motion(truth, design, setting.disturbance, target, random)
+                      : simulate_imperfect(truth, design, setting.disturbance, setting.error, target, random);
+  add_noise(motion.force, setting.sensors.force_noise, random);
+  add_noise(motion.x, setting.sensors.displacement_noise, random);
+  if (setting.sensors.encoder_step > 0.0)
+    round_to_steps(motion.x, truth.rig_jacobian, setting.sensors.encoder_step, random);
+  impedance::Trial trial;
+  trial.number = number;
+  trial.sample_period = design.sample_period;
+  trial.onset = std::llround(design.rest / design.sample_period);
+  trial.displacement = std::move(motion.x);
+  trial.force = std::move(motion.force);
+  trial.commanded = std::move(motion.commanded);
+  impedance::tare(trial, true);
+  return trial;
+}
+
 std::vector<impedance::Trial> simulate_condition(const Truth& truth, const Design& design,
                                                  const Setting& setting, std::mt19937_64& random) {
   std::vector<impedance::Trial> trials;
-  for (int number = 0; number < design.trials; ++number) {
-    const Eigen::Vector2d target = target_of(design, number);
-    Motion motion =
-        setting.error.is_none()
-            ? simulate_motion(truth, design, setting.disturbance, target, random)
-            : simulate_imperfect(truth, design, setting.disturbance, setting.error, target, random);
-    add_noise(motion.force, setting.sensors.force_noise, random);
-    add_noise(motion.x, setting.sensors.displacement_noise, random);
-    if (setting.sensors.encoder_step > 0.0)
-      round_to_steps(motion.x, truth.rig_jacobian, setting.sensors.encoder_step, random);
-    impedance::Trial trial;
-    trial.number = static_cast<std::uint32_t>(number + 1);
-    trial.sample_period = design.sample_period;
-    trial.onset = std::llround(design.rest / design.sample_period);
-    trial.displacement = std::move(motion.x);
-    trial.force = std::move(motion.force);
-    trial.commanded = std::move(motion.commanded);
-    impedance::tare(trial, true);
-    trials.push_back(std::move(trial));
-  }
+  for (int number = 0; number < design.trials; ++number)
+    trials.push_back(simulate_trial(truth, design, setting, target_of(design, number),
+                                    static_cast<std::uint32_t>(number + 1), random));
   return trials;
 }
 

@@ -92,6 +92,11 @@ struct Motion {
 [[nodiscard]] Motion simulate_motion(const Truth& truth, const Design& design, const Disturbance& disturbance,
                                      const Eigen::Vector2d& target, std::mt19937_64& random);
 
+/// A trial as it would be measured, numbered from 1 and prepared as the service does it.
+[[nodiscard]] impedance::Trial simulate_trial(const Truth& truth, const Design& design,
+                                              const Setting& setting, const Eigen::Vector2d& target,
+                                              std::uint32_t number, std::mt19937_64& random);
+
 /// A condition as it would be measured: trials numbered from 1, prepared as the service does it.
 [[nodiscard]] std::vector<impedance::Trial> simulate_condition(const Truth& truth, const Design& design,
                                                                const Setting& setting,

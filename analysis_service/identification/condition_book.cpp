@@ -4,6 +4,8 @@
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
+#include "analysis_service/impedance/refined_identification.hpp"
+
 namespace tonus::identification {
 namespace {
 
@@ -79,12 +81,13 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
   trials.reserve(page.valid.size());
   for (const auto& [attempt, entry] : page.valid) trials.push_back(entry.trial);
 
-  auto all_identified = impedance::identify_each(trials, settings_.analyses);
+  const std::vector<impedance::Options> all_analyses = analyses();
+  auto all_identified = impedance::identify_each(trials, all_analyses);
   for (std::size_t i = 0; i < all_identified.size(); ++i) {
-    const impedance::Options& options = settings_.analyses[i];
+    const impedance::Options& options = all_analyses[i];
     const impedance::Method method = page.has_records ? options.record_method : options.method;
     // Of all methods, each has the data that it suits.
-    if (!impedance::suits(method, page.has_records) && settings_.analyses.size() > 1) continue;
+    if (!impedance::suits(method, page.has_records) && all_analyses.size() > 1) continue;
     auto& identified = all_identified[i];
     ConditionEstimate estimate;
     estimate.condition = found->first;
@@ -92,6 +95,7 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
     estimate.invalid_trials = static_cast<std::uint32_t>(page.invalid.size());
     if (identified) {
       estimate.estimate = std::move(*identified);
+      if (is_precision_led_) impedance::widen_by_process(trials, options, estimate.estimate);
       if (trials.empty()) {  // nobody could tell what there was
         estimate.estimate.method = method;
         estimate.estimate.axes = page.axes;
@@ -109,6 +113,17 @@ std::vector<ConditionEstimate> ConditionBook::identify(const Condition& conditio
     estimates.push_back(std::move(estimate));
   }
   return estimates;
+}
+
+std::vector<impedance::Options> ConditionBook::analyses() const {
+  std::vector<impedance::Options> all = settings_.analyses;
+  for (const impedance::Options& further : further_) {
+    const bool is_there = std::any_of(all.begin(), all.end(), [&](const impedance::Options& other) {
+      return other.method == further.method && other.model == further.model;
+    });
+    if (!is_there) all.push_back(further);
+  }
+  return all;
 }
 
 std::vector<TrialSource> ConditionBook::sources(const Condition& condition) const {

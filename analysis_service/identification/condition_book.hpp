@@ -5,6 +5,7 @@
 #include <optional>
 #include <set>
 #include <string>
+#include <utility>
 #include <vector>
 
 #include "analysis_service/identification/condition.hpp"
@@ -49,6 +50,13 @@ class ConditionBook {
  public:
   explicit ConditionBook(BookSettings settings = {}) : settings_(std::move(settings)) {}
 
+  /// What is made beside `analyses` where no analysis is by the same method, for the session that runs.
+  void set_further(std::vector<impedance::Options> analyses) { further_ = std::move(analyses); }
+
+  /// The session that runs ends its conditions when their intervals are narrow: those of method refined are
+  /// widened by impedance::widen_by_process().
+  void set_precision_led(bool is_precision_led) { is_precision_led_ = is_precision_led; }
+
   /// A trial that counts. An attempt that is here already stays as it is.
   /// kUnavailable: the condition has most_trials already.
   [[nodiscard]] Result<void> add_valid(const TrialReport& report, const impedance::Trial& trial);
@@ -85,7 +93,11 @@ class ConditionBook {
   void show_sets_of(const Id& session);
   void note_change(const Condition& condition);
 
+  [[nodiscard]] std::vector<impedance::Options> analyses() const;
+
   BookSettings settings_;
+  std::vector<impedance::Options> further_;
+  bool is_precision_led_ = false;
   std::map<Condition, Page>
       pages_;  // also of single unloaded sets, which stay unseen until their session is loaded
   std::set<Id> loaded_sessions_;

@@ -35,6 +35,18 @@ void IdentificationCore::set_session(const Id& session, const muscles::MuscleSet
   live_.keep_only(session);
 }
 
+void IdentificationCore::set_needed(const std::vector<impedance::Method>& methods, bool is_precision_led) {
+  book_.set_precision_led(is_precision_led);
+  std::vector<impedance::Options> further;
+  for (const impedance::Method method : methods) {
+    further.push_back(settings_.live);
+    further.back().method = method;
+    further.back().model = impedance::Model::kLinear;
+    further.back().has_trace = true;
+  }
+  book_.set_further(std::move(further));
+}
+
 void IdentificationCore::reject(const Id& trial, std::uint32_t attempt) {
   if (trial != trial_id(session_, attempt) || !rejected_.insert(attempt).second) return;
   book_.withdraw(session_, attempt);

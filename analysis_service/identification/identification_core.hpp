@@ -46,6 +46,9 @@ class IdentificationCore {
                std::vector<AuxiliaryChannel> channels = {});
   /// The session that is run now; everything of others is freed.
   void set_session(const Id& session, const muscles::MuscleSettings& muscles = {});
+  /// Methods that the session needs, whatever else is identified; with the settings of the live estimates.
+  /// `is_precision_led`: see ConditionBook::set_precision_led().
+  void set_needed(const std::vector<impedance::Method>& methods, bool is_precision_led);
   /// A trial is about to be run: its rows will be followed as they come.
   void expect(const TrialPlan& plan) { expected_ = plan; }
   /// A trial of the session that is run now was rejected by hand: whatever its verdict is or will be, it is

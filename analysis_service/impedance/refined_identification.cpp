@@ -17,7 +17,8 @@
 namespace tonus::impedance {
 namespace {
 
-constexpr double kLargestWidth = 0.5;  // 95 % half-width, of the matrix's largest element.
+constexpr double kLargestWidth = 0.5;   // 95 % half-width, of the matrix's largest element.
+constexpr double kNormalFactor = 1.96;  // 95 % of a normal distribution.
 
 refined::Trial input_of(const Trial& trial) {
   return {trial.displacement,       trial.force,      trial.commanded, trial.onset,
@@ -147,6 +148,34 @@ std::optional<refined::Estimate> tests_by_mean_motion(std::span<const Trial* con
       refined::identify(inputs, {trials.front()->sample_period, options.window, trials.front()->handle_mass});
   if (found.shortage != refined::Shortage::kNone) return std::nullopt;
   return found;
+}
+
+void widen_by_process(std::span<const Trial> trials, const Options& options, Estimate& estimate) {
+  if (estimate.method != Method::kRefined || estimate.status == Status::kUndetermined) return;
+  std::vector<const Trial*> used;
+  for (const std::uint32_t number : estimate.trials_used) {
+    const auto trial = std::ranges::find(trials, number, &Trial::number);
+    if (trial != trials.end()) used.push_back(&*trial);
+  }
+  const refined::Estimate found = find_refined(used, options);
+  if (!found.covariance) return;
+  const Eigen::VectorXd half = kNormalFactor * found.covariance->model_covariance().diagonal().cwiseSqrt();
+  const Eigen::Index axes = found.theta.cols();
+  const auto widen = [&](AxisMatrix Parameters::*matrix, Eigen::Index first) {
+    for (Eigen::Index i = 0; i < axes; ++i) {
+      for (Eigen::Index j = 0; j < axes; ++j) {
+        const double value = (estimate.value.*matrix)(i, j);
+        const double by_process = half[i * found.theta.rows() + first + j];
+        double& low = (estimate.low.*matrix)(i, j);
+        double& high = (estimate.high.*matrix)(i, j);
+        low = std::min(low, value - by_process);
+        high = std::max(high, value + by_process);
+      }
+    }
+  };
+  widen(&Parameters::M, 0);
+  widen(&Parameters::B, axes);
+  widen(&Parameters::K, Eigen::Index{2} * axes);
 }
 
 std::optional<Reason> identify_refined(const refined::Estimate& found, std::size_t trials,

@@ -29,4 +29,11 @@ namespace tonus::impedance {
 [[nodiscard]] std::optional<refined::Estimate> tests_by_mean_motion(std::span<const Trial* const> trials,
                                                                     const Options& options);
 
+/// Widens the intervals of M, B, K of an estimate by method refined, made of these trials, where the residual
+/// process alone gives wider ones: 1.96 standard deviations of refined's model_covariance(). The trial-wise
+/// covariance of few trials is small also by luck, and a session that ends when intervals are narrow selects
+/// that luck; the process is known from every row. Depends on the trials alone, not on when they were looked
+/// at. Estimates without numbers and by other methods stay as they are; so do intervals of X0 and ellipses.
+void widen_by_process(std::span<const Trial> trials, const Options& options, Estimate& estimate);
+
 }  // namespace tonus::impedance

@@ -1,5 +1,6 @@
 #include "analysis_service/offline/archived_session.hpp"
 
+#include <algorithm>
 #include <map>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
@@ -56,6 +57,12 @@ Result<void> take(store::Store& store, const store::Session& session, const stor
 
 }  // namespace
 
+bool is_precision_led(const store::Session& session) {
+  return session.state && std::ranges::any_of(session.state->conditions(), [](const auto& condition) {
+           return condition.precision_goal() > 0.0;
+         });
+}
+
 Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const store::Session& session,
                                                       const std::vector<impedance::Options>& analyses,
                                                       const JudgeChoice& choice) {
@@ -77,6 +84,7 @@ Result<std::vector<OfflineEstimate>> identify_session(store::Store& store, const
     owner.session = to_hex(session.record.session);
     owner.run = static_cast<int>(index) + 1;
     const auto [book, is_new] = postures.try_emplace(index, analyses, std::move(owner));
+    if (is_new) book->second.set_precision_led(is_precision_led(session));
     TONUS_TRY(take(store, session, trial, judge, muscles, book->second));
   }
   const int axes = last.kind() == v1::RIG_ONE_AXIS ? 1 : 2;

@@ -8,6 +8,9 @@
 
 namespace tonus::identification {
 
+/// Whether its conditions ended by their estimates (`stop_when`), as its scheduler said.
+[[nodiscard]] bool is_precision_led(const store::Session& session);
+
 /// Identifies an archived session by every analysis: the raw rows as archived, through the functions of the
 /// streaming service in its order, so that its own analysis comes out with the numbers that it published. A
 /// trial counts where its archived verdict says so; one without a verdict is judged now, by `judge`. The

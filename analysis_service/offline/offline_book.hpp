@@ -18,6 +18,9 @@ class OfflineBook {
   /// `owner` fills the labels of every estimate: participant, session, run.
   OfflineBook(const std::vector<impedance::Options>& analyses, OfflineEstimate owner);
 
+  /// As ConditionBook::set_precision_led().
+  void set_precision_led(bool is_precision_led) { book_.set_precision_led(is_precision_led); }
+
   /// A trial that counts; if the book has no room for it, it is left out.
   void add(const TrialReport& report, const impedance::Trial& trial);
   void leave_out(const TrialReport& report, std::string why);

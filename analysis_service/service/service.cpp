@@ -8,10 +8,28 @@
 #include "analysis_service/service/muscle_settings.hpp"
 #include "idl/bounds.hpp"
 #include "idl/topics.hpp"
+#include "services/protocol/protocol.hpp"
 #include "services/runtime/drain.hpp"
 
 namespace tonus::identification {
 namespace {
+
+/// What a session asks of identification, by its protocol.
+struct Needs {
+  std::vector<impedance::Method> methods;  // by which conditions end, or bias forces are directed
+  bool is_precision_led = false;
+};
+
+Needs needs_of(const v1::SessionPlan& plan) {
+  Needs needs;
+  const auto protocol = protocol::parse_protocol(plan.protocol_toml(), "protocol");
+  if (!protocol) return needs;  // a plan of other programs
+  needs.is_precision_led = protocol->stop_when.has_value();
+  for (const std::string& name : protocol::methods_needed(*protocol)) {
+    if (const auto method = impedance::method_named(name)) needs.methods.push_back(*method);
+  }
+  return needs;
+}
 
 constexpr std::size_t kBlocksAtOnce = 512;
 constexpr std::chrono::milliseconds kRetry{20};
@@ -127,6 +145,8 @@ void IdentificationService::take_plans() {
     if (plan.rig_id() != settings_.rig || plan.started_at() < session_started_at_) continue;
     session_started_at_ = plan.started_at();
     set_session(plan.session_id(), muscle_settings_of(plan.protocol_toml()));
+    const Needs needs = needs_of(plan);
+    core_.set_needed(needs.methods, needs.is_precision_led);
   }
 }
 

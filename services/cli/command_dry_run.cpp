@@ -3,6 +3,7 @@
 #include <Eigen/SVD>
 #include <cstdio>
 
+#include "services/cli/expected_trials.hpp"
 #include "services/protocol/dry_run.hpp"
 #include "services/protocol/protocol_file.hpp"
 #include "services/simulation/profile.hpp"
@@ -52,6 +53,26 @@ Result<void> print_study(const protocol::Protocol& study, const std::filesystem:
   return {};
 }
 
+/// How many trials a protocol with stop_when is expected to take.
+Result<void> print_expected(const RunOptions& options, const protocol::Protocol& protocol,
+                            const protocol::Plan& plan, const simulation::Profile& profile) {
+  if (!protocol.stop_when) {
+    if (options.like.empty()) return {};
+    return fail(ErrorCode::kInvalidArgument,
+                "--like " + options.like + ": is not allowed; expected a protocol with stop_when");
+  }
+  if (options.like.empty()) {
+    const auto expected = expected_by_simulation(protocol, plan, profile, options.seed);
+    std::fputs(to_text(expected, protocol, plan).c_str(), stdout);
+    return {};
+  }
+  TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
+  TONUS_TRY_ASSIGN(const auto record, store::find_session(*store, options.like));
+  TONUS_TRY_ASSIGN(const auto session, store::read_session(*store, record.session));
+  std::fputs(to_text(expected_from(protocol, plan, session), protocol, plan).c_str(), stdout);
+  return {};
+}
+
 }  // namespace
 
 Result<void> print_dry_run(const RunOptions& options) {
@@ -70,7 +91,7 @@ Result<void> print_dry_run(const RunOptions& options) {
   const auto run = protocol::dry_run(*protocol, facts, options.seed);
   if (!run) return run.error();
   std::fputs(protocol::to_text(*run, *protocol).c_str(), stdout);
-  return {};
+  return print_expected(options, *protocol, run->plan, profile);
 }
 
 }  // namespace tonus::cli

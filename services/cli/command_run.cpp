@@ -104,6 +104,10 @@ Result<void> run_here(const runtime::CommonOptions& common, const RunOptions& ru
     if (run.protocol.empty()) return fail(ErrorCode::kInvalidArgument, "--dry-run needs a protocol");
     return print_dry_run(run);
   }
+  if (!run.like.empty()) {
+    return fail(ErrorCode::kInvalidArgument,
+                "--like " + run.like + ": is not allowed; expected together with --dry-run");
+  }
   TONUS_TRY(check_people(run));
   TONUS_TRY_ASSIGN(const auto part, part_of_study(run));
   auto end = OperatorConnection::join(common);
@@ -200,11 +204,16 @@ void add_run_command(CLI::App& app, Command& chosen) {
   command->add_option("--profile", run->profile, "of the simulated rig, for its truth beside the results");
   command->add_flag("--dry-run", run->is_dry,
                     "print trials, duration and extremes for the simulated rig, and move nothing");
+  command->add_option("--like", run->like,
+                      "with --dry-run and a protocol with stop_when: expect as many trials as this archived "
+                      "session suggests (its id or the beginning of it)");
+  command->add_option("--archive", run->archive.archive, "of that session (default: the data folder's own)");
   command->add_flag("--attach", run->attaches, "watch the session that goes on, and print its results");
   command->callback([common, run, &chosen] {
     chosen = [common, run] {
       runtime::start_log("tonus run", *common);
       run->detaches = true;
+      run->archive.data = common->data;
       const auto standard_input = take_standard_input(*run);
       if (!standard_input) return runtime::report("tonus run", standard_input.error());
       const auto outcome = run->attaches ? attach(*common, *run) : run_here(*common, *run);

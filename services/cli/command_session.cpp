@@ -7,6 +7,7 @@
 #include <vector>
 
 #include "services/cli/commands.hpp"
+#include "services/cli/condition_text.hpp"
 #include "services/cli/current_session.hpp"
 #include "services/contract/names.hpp"
 #include "services/contract/subject.hpp"
@@ -40,6 +41,8 @@ void print_status(const Present& present, const State& session, const std::strin
                 phase_name(session->phase()), session->counted(), session->planned(), session->rejected());
     if (!session->waiting_for().empty()) std::printf(", waiting for: %s", session->waiting_for().c_str());
     std::printf(", %.0f s of experiment remain\n", session->remaining_s());
+    for (const auto& condition : session->conditions())
+      std::printf("  %s\n", condition_text(condition).c_str());
   } else {
     std::printf("no session\n");
   }
@@ -67,7 +70,10 @@ nlohmann::json status_json(const Present& present, const State& session, const s
                        {"planned", session->planned()},
                        {"rejected", session->rejected()},
                        {"waiting_for", session->waiting_for()},
-                       {"remaining_s", session->remaining_s()}};
+                       {"remaining_s", session->remaining_s()},
+                       {"conditions", nlohmann::json::array()}};
+    for (const auto& condition : session->conditions())
+      json["session"]["conditions"].push_back(condition_json(condition));
   }
   return json;
 }

@@ -2,12 +2,15 @@
 
 #include <cstdio>
 #include <fstream>
+#include <map>
 #include <nlohmann/json.hpp>
 #include <optional>
 #include <spdlog/fmt/fmt.h>
+#include <utility>
 
 #include "analysis_service/offline/results_json.hpp"
 #include "analysis_service/study/loaded_postures.hpp"
+#include "services/cli/condition_text.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/cli/recording_protocol.hpp"
 #include "services/cli/results.hpp"
@@ -33,6 +36,18 @@ std::string remark_of(const v1::SessionState& state) {
   std::string remark = state.posture();
   if (state.rejected() > 0) remark += fmt::format(", {} rejected", state.rejected());
   return remark;
+}
+
+/// Says of a precision-led condition once why it has ended. `said`: what was.
+void say_finished(const v1::SessionState& state, std::map<std::string, std::string>& said,
+                  ProgressBar& progress) {
+  for (const auto& condition : state.conditions()) {
+    if (!condition.is_finished() || !(condition.precision_goal() > 0.0)) continue;
+    const std::string name =
+        fmt::format("{} {} {}", condition.posture(), condition.set_number(), condition.instruction());
+    if (std::exchange(said[name], condition.finished_because()) == condition.finished_because()) continue;
+    progress.say(condition_text(condition));
+  }
 }
 
 /// Truth of the simulated subject; none for any other rig.
@@ -86,6 +101,10 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
                        estimate});
   }
   nlohmann::json json = identification::json_of(results);
+  json["progress"] = nlohmann::json::array();
+  if (const auto& state = client.state(session)) {
+    for (const auto& condition : state->conditions()) json["progress"].push_back(condition_json(condition));
+  }
   json["loaded"] = as_json(study::loaded_postures(estimates));
   return write_text_file(options.json, json_text(json) + "\n");
 }
@@ -177,6 +196,7 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
 
   ProgressBar progress("trials");
   std::string waited_for;
+  std::map<std::string, std::string> finished;
   Leaving leaving(options.detaches, clock);
   while (!is_over(client.state(session))) {
     (void)client.wait_for([&] { return is_over(client.state(session)); }, kTick);
@@ -185,6 +205,7 @@ Result<void> run_session(SessionClient& client, const RunOptions& options, const
       if (state->waiting_for() != waited_for && !state->waiting_for().empty())
         progress.say("the session waits for " + state->waiting_for() + what_to_type(state->waiting_for()));
       waited_for = state->waiting_for();
+      say_finished(*state, finished, progress);
       progress.show(state->counted(), state->planned(), remark_of(*state));
     }
     switch (leaving.ask(interruptions(), progress)) {

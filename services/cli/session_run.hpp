@@ -4,6 +4,7 @@
 #include <string>
 #include <vector>
 
+#include "services/cli/archive_option.hpp"
 #include "services/cli/people_options.hpp"
 #include "services/cli/session_client.hpp"
 #include "services/core/result.hpp"
@@ -21,6 +22,8 @@ struct RunOptions {
   std::string json;       ///< File for the results.
   bool is_brief = false;  ///< Print one line at the end and no results: they are in the archive.
   bool is_dry = false;    ///< Say what would be done, and do nothing.
+  std::string like;       ///< Dry run: an archived session that tells how many trials are expected.
+  ArchiveOption archive;  ///< Where that session is.
   bool attaches = false;  ///< Watch the session that goes on, instead of starting one.
   /// Ctrl-C leaves the session to itself, and only a second one aborts it; else the first one does.
   bool detaches = false;

@@ -58,6 +58,22 @@ constexpr KeyText kProtocol[] = {
     {"reference_contraction.trials",
      "trials before all others in which the subject contracts while the handle is held still"},
     {"reference_contraction.duration_s", "how long each of them is held"},
+    {"stop_when.stiffness",
+     "a condition ends when the largest 95 % half-width of its stiffness is this share of the largest "
+     "element"},
+    {"stop_when.mass", "the same of mass; absent: not asked for"},
+    {"stop_when.damping", "the same of damping; absent: not asked for"},
+    {"stop_when.method", "method whose estimate is looked at after each trial"},
+    {"stop_when.trials_least", "trials of a condition before the first look"},
+    {"stop_when.trials_most", "trials at which a condition ends in any case; default: all that are planned"},
+    {"stop_when.amplitude_most_m",
+     "amplitude up to which it is raised, by a quarter at most, while the estimate is ok and finds no force "
+     "that "
+     "mass, damping and stiffness do not describe; default: it is not raised"},
+    {"stop_when.rise_least_s",
+     "rise time down to which it is shortened from one condition to the next, likewise; default: it is not"},
+    {"stop_when.entropy_bits",
+     "uncertainty that the subject is left with of each direction, whatever came before; 0: permuted blocks"},
     {"instruction[].name", "marks trials and estimates"},
     {"instruction[].text", "what the subject reads"},
     {"subject[].name", "name of the subject"},

@@ -1,9 +1,12 @@
 #include "services/protocol/plan.hpp"
 
+#include <algorithm>
 #include <cmath>
+#include <iterator>
 
 #include "services/contract/rig.hpp"
 #include "services/contract/trial.hpp"
+#include "services/protocol/directions.hpp"
 #include "services/protocol/draws.hpp"
 #include "services/protocol/rig_facts.hpp"
 
@@ -13,6 +16,8 @@ namespace {
 constexpr std::uint64_t kRepeatStream = 1ULL << 32;
 constexpr std::uint64_t kPlaceStream = 1ULL << 33;
 constexpr std::uint64_t kForceStream = 1ULL << 34;
+constexpr std::uint64_t kDirectionStream = 1ULL << 35;
+constexpr std::uint64_t kConditionStreams = 1ULL << 16;
 
 std::array<double, 2> pair(const Eigen::Vector2d& v) { return {v.x(), v.y()}; }
 
@@ -34,17 +39,59 @@ void append(Plan& plan, v1::TrialProgram program) {
   plan.trials.push_back({std::move(program), static_cast<std::uint32_t>(plan.blocks.size() - 1), duration});
 }
 
-void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan& plan) {
+double direction_deg(const Perturbation& p, std::size_t direction) {
+  const double deg =
+      std::fmod(p.first_direction + 360.0 * static_cast<double>(direction) / p.directions, 360.0);
+  return deg < 0.0 ? deg + 360.0 : deg;
+}
+
+/// Directions of a set by their numbers. `counts`: of the condition so far.
+std::vector<std::size_t> directions_of(const Protocol& protocol, std::uint64_t seed, const Plan& plan,
+                                       std::vector<int>& counts, Draws& draws) {
+  const Perturbation& p = protocol.perturbation;
+  std::vector<std::size_t> directions;
+  for (int repeat = 0; repeat < p.repeats; ++repeat) {
+    for (int k = 0; k < p.directions; ++k) directions.push_back(static_cast<std::size_t>(k));
+  }
+  if (!protocol.stop_when) {
+    draws.shuffle(directions);
+    return directions;
+  }
+  const auto most = static_cast<std::size_t>(protocol.stop_when->trials_most);
+  const std::size_t planned = plan.conditions.back().trials;
+  directions.resize(std::min(directions.size(), most - std::min(most, planned)));
+  const auto condition = static_cast<std::uint32_t>(plan.conditions.size() - 1);
+  for (std::size_t i = 0; i < directions.size(); ++i) {
+    directions[i] =
+        drawn_direction(protocol, seed, condition, static_cast<std::uint32_t>(planned + i), counts);
+    ++counts[directions[i]];
+  }
+  return directions;
+}
+
+/// The condition that a set belongs to: a new one, or that of the set before.
+void find_condition(const Protocol& protocol, const Block& block, Plan& plan, std::vector<int>& counts) {
+  const bool is_new = protocol.bias || plan.conditions.empty() ||
+                      plan.conditions.back().posture_index != block.posture_index ||
+                      plan.conditions.back().instruction_index != block.instruction_index;
+  if (!is_new) return;
+  plan.conditions.push_back(
+      {block.posture_index, block.instruction_index, protocol.bias ? block.set_number : 0, 0});
+  counts.assign(static_cast<std::size_t>(protocol.perturbation.directions), 0);
+}
+
+void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan& plan,
+                std::vector<int>& counts) {
   const Perturbation& p = protocol.perturbation;
   // The contractions draw nothing: with them the other trials are the same as without.
   const std::size_t contractions = protocol.muscles.reference.trials > 0 ? 1 : 0;
   const auto stream = static_cast<std::uint64_t>(plan.blocks.size() - contractions) + 1;
   Draws draws(seed, stream);
-  std::vector<int> directions;
-  for (int repeat = 0; repeat < p.repeats; ++repeat) {
-    for (int k = 0; k < p.directions; ++k) directions.push_back(k);
-  }
-  draws.shuffle(directions);
+  find_condition(protocol, block, plan, counts);
+  const auto directions = directions_of(protocol, seed, plan, counts, draws);
+  if (directions.empty()) return;
+  block.condition = static_cast<std::uint32_t>(plan.conditions.size() - 1);
+  plan.conditions.back().trials += static_cast<std::uint32_t>(directions.size());
   const bool has_bias = block.axis != BiasAxis::kNone;
   if (has_bias) {
     block.bias_force =
@@ -52,14 +99,13 @@ void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan&
   }
   plan.blocks.push_back(block);
   const Posture& posture = protocol.postures[block.posture_index];
-  for (const int k : directions) {
+  for (const std::size_t k : directions) {
     v1::TrialProgram program =
         contract::new_program(v1::TRIAL_PERTURBATION, {posture.name, block.posture_index, posture.position});
     program.shoulder_angle_rad(protocol.shoulder_angle);
     program.set_number(block.set_number);
     program.instruction(protocol.instructions[block.instruction_index].name);
-    const double direction = std::fmod(p.first_direction + 360.0 * k / p.directions, 360.0);
-    program.direction_deg(direction < 0.0 ? direction + 360.0 : direction);
+    program.direction_deg(direction_deg(p, k));
     program.amplitude_m(p.amplitude);
     program.rise_time_s(p.rise_time);
     if (has_bias) program.bias_threshold_N(protocol.bias->threshold);
@@ -91,6 +137,9 @@ void append_contractions(const Protocol& protocol, Plan& plan) {
 void append_recording(const Recording& recording, std::uint32_t index, Plan& plan) {
   Block block;
   block.posture_index = index;
+  block.condition = index;
+  plan.conditions.push_back(
+      {index, 0, 0, static_cast<std::uint32_t>(recording.is_whole ? 1 : recording.event_count)});
   plan.blocks.push_back(block);
   v1::TrialProgram program =
       contract::new_program(v1::TRIAL_PERTURBATION, {recording.name, index, recording.position});
@@ -132,6 +181,7 @@ Plan build_plan(const Protocol& protocol, std::uint64_t seed) {
     append_recording(protocol.recordings[r], static_cast<std::uint32_t>(r), plan);
   }
   append_contractions(protocol, plan);
+  std::vector<int> counts;
   for (std::size_t p = 0; p < protocol.postures.size(); ++p) {
     for (std::size_t i = 0; i < protocol.instructions.size(); ++i) {
       for (int set = 1; set <= protocol.perturbation.sets; ++set) {
@@ -140,7 +190,7 @@ Plan build_plan(const Protocol& protocol, std::uint64_t seed) {
         block.instruction_index = static_cast<std::uint32_t>(i);
         block.set_number = set;
         if (protocol.bias) block.axis = protocol.bias->axes[static_cast<std::size_t>(set - 1)];
-        append_set(protocol, seed, block, plan);
+        append_set(protocol, seed, block, plan, counts);
       }
     }
   }
@@ -199,6 +249,25 @@ v1::TrialProgram commanded_program(const Protocol& protocol, const Plan& plan, s
     draw_times(protocol, has_bias, draws, program);
   }
   return program;
+}
+
+std::size_t drawn_direction(const Protocol& protocol, std::uint64_t seed, std::uint32_t condition,
+                            std::uint32_t number, std::span<const int> counts) {
+  Draws draws(seed, kDirectionStream + kConditionStreams * condition + number);
+  return draw_by(direction_chances(counts, protocol.stop_when->entropy), draws);
+}
+
+void steer(const Protocol& protocol, std::size_t direction, const Drive& drive, v1::TrialProgram& program) {
+  program.direction_deg(direction_deg(protocol.perturbation, direction));
+  program.amplitude_m(drive.amplitude);
+  program.rise_time_s(drive.rise_time);
+}
+
+std::size_t direction_of(const Protocol& protocol, const v1::TrialProgram& program) {
+  const Perturbation& p = protocol.perturbation;
+  const double steps = std::round((program.direction_deg() - p.first_direction) * p.directions / 360.0);
+  const double wrapped = std::fmod(steps, p.directions);
+  return static_cast<std::size_t>(wrapped < 0.0 ? wrapped + p.directions : wrapped);
 }
 
 std::uint32_t requeue_place(std::uint64_t seed, std::uint32_t attempt, std::size_t remaining) {

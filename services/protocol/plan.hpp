@@ -4,6 +4,7 @@
 #include <array>
 #include <cstdint>
 #include <optional>
+#include <span>
 #include <string>
 #include <vector>
 
@@ -29,14 +30,24 @@ struct Block {
   std::uint32_t posture_index = 0;
   std::uint32_t instruction_index = 0;  ///< In Protocol::instructions.
   std::int32_t set_number = 1;
+  std::uint32_t condition = 0;  ///< In Plan::conditions.
   BiasAxis axis = BiasAxis::kNone;
   double bias_force = 0.0;           ///< N, along the axis.
   std::vector<std::uint32_t> order;  ///< planned_index of its trials.
 };
 
+/// What is identified together: the sets of a posture under one instruction; in a loaded protocol each set.
+struct PlannedCondition {
+  std::uint32_t posture_index = 0;
+  std::uint32_t instruction_index = 0;
+  std::int32_t set_number = 0;  ///< 0: all sets.
+  std::uint32_t trials = 0;     ///< The most.
+};
+
 struct Plan {
-  std::vector<PlannedTrial> trials;  ///< By planned_index, which is the order of the plan.
-  std::vector<Block> blocks;         ///< In the order of their running.
+  std::vector<PlannedTrial> trials;          ///< By planned_index, which is the order of the plan.
+  std::vector<Block> blocks;                 ///< In the order of their running.
+  std::vector<PlannedCondition> conditions;  ///< In the order of their running.
   std::vector<v1::PlannedPosture> postures;
 };
 
@@ -47,6 +58,9 @@ inline constexpr double kReturningTime = 1.0;  ///< s
 /// Posture after posture, instruction after instruction, set after set; within a set each direction `repeats`
 /// times in random order. Recordings come one after the other, their events in the order of the record. The
 /// same protocol and seed give the same plan on every machine (Draws; stream b + 1 for block b).
+///
+/// With `stop_when` a condition has at most its `trials_most`, and its directions are those of
+/// drawn_direction(), as they come if no trial is rejected; the session draws them anew as it goes.
 [[nodiscard]] Plan build_plan(const Protocol& protocol, std::uint64_t seed);
 
 /// Says which rig runs it and where its handle's home is (m, in R): each posture's shoulder origin follows.
@@ -68,6 +82,19 @@ struct BiasAxes {
                                                  std::uint32_t planned_index, const Id& session_id,
                                                  std::uint32_t attempt, std::uint64_t seed,
                                                  bool has_run_before, const std::optional<BiasAxes>& axes);
+
+/// Direction, 0 .. directions - 1, of the condition's `number`th command (from 0) in a protocol with
+/// `stop_when`: by the chances of direction_chances(), from stream 2^35 + 2^16 condition + number. `counts`:
+/// trials of each direction that count.
+[[nodiscard]] std::size_t drawn_direction(const Protocol& protocol, std::uint64_t seed,
+                                          std::uint32_t condition, std::uint32_t number,
+                                          std::span<const int> counts);
+
+/// Gives a program its direction and drive.
+void steer(const Protocol& protocol, std::size_t direction, const Drive& drive, v1::TrialProgram& program);
+
+/// The direction of a program, 0 .. directions - 1.
+[[nodiscard]] std::size_t direction_of(const Protocol& protocol, const v1::TrialProgram& program);
 
 /// Place for a rejected trial among `remaining` trials of its block: 0 .. remaining, from stream 2^33 +
 /// attempt.

@@ -36,6 +36,14 @@ const char* axis_name(BiasAxis axis) {
   return "unknown";
 }
 
+std::vector<std::string> methods_needed(const Protocol& protocol) {
+  std::vector<std::string> methods;
+  if (protocol.bias) methods.push_back(protocol.bias->method);
+  if (protocol.stop_when && (methods.empty() || methods.front() != protocol.stop_when->method))
+    methods.push_back(protocol.stop_when->method);
+  return methods;
+}
+
 Error refuse_value(const Protocol& protocol, const std::string& key, const std::string& value,
                    const std::string& expected) {
   const auto line = protocol.lines.find(key);

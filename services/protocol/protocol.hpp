@@ -12,6 +12,7 @@
 #include "services/config/checked_table.hpp"
 #include "services/config/span.hpp"
 #include "services/core/result.hpp"
+#include "services/protocol/stop_rule.hpp"
 
 /// What an experiment does, as a protocol file states it. Quantities are SI; the file's keys bear the units.
 namespace tonus::protocol {
@@ -138,6 +139,7 @@ struct Protocol {
   std::vector<Instruction> instructions;  ///< At least one, except in a study.
   Perturbation perturbation;
   std::optional<Bias> bias;
+  std::optional<StopWhen> stop_when;  ///< None: every planned trial is run.
   std::vector<Recording> recordings;
   std::vector<StudySubject> subjects;
   CueSettings cue;
@@ -147,6 +149,9 @@ struct Protocol {
   int rejection_limit = 8;           ///< Rejected trials in one set before the operator is asked.
   std::map<std::string, int> lines;  ///< Line of each key, for messages about values found bad later.
 };
+
+/// Methods whose estimates a session of the protocol needs to go on, each once.
+[[nodiscard]] std::vector<std::string> methods_needed(const Protocol& protocol);
 
 /// "source:line: key: value is not allowed; expected limits". The line is that of the key, or left out where
 /// it has none.

@@ -13,6 +13,9 @@ namespace {
 constexpr std::size_t kTextMost = 40000;   // the plan carries the text in one message
 constexpr std::size_t kPosturesMost = 64;  // as the plan's list
 constexpr int kTrialsMost = 20000;
+constexpr config::Limits kAmplitudes{0.0005, 0.03, "m"};
+constexpr config::Limits kRises{0.02, 2.0, "s"};
+constexpr int kLeastTrials = 5;        // an estimate of fewer is never ok
 constexpr double kHandNearest = 0.10;  // m from the shoulder
 constexpr double kHandFarthest = 0.90;
 constexpr BiasAxis kAxes[] = {BiasAxis::kNone, BiasAxis::kMajorPlus, BiasAxis::kMajorMinus,
@@ -51,8 +54,8 @@ Perturbation read_perturbation(config::CheckedTable& root) {
   p.first_direction = table.number("first_direction_deg", {-360.0, 360.0, "deg"}, 0.0);
   p.sets = table.whole("sets", 1, 20);
   p.repeats = table.whole("repeats", 1, 20, 1);
-  p.amplitude = table.number("amplitude_m", {0.0005, 0.03, "m"});
-  p.rise_time = table.number("rise_time_s", {0.02, 2.0, "s"});
+  p.amplitude = table.number("amplitude_m", kAmplitudes);
+  p.rise_time = table.number("rise_time_s", kRises);
   p.hold = table.span("hold_s", {0.2, 30.0, "s"});
   p.wait = table.span("wait_s", {0.2, 60.0, "s"});
   p.end_rest = table.number("end_rest_s", {0.0, 10.0, "s"}, 0.2);
@@ -88,6 +91,46 @@ Bias read_bias(config::CheckedTable& root, const Perturbation& perturbation) {
       table.one_of("stiffness_method", {"lowpass", "optimal", "state_variable", "refined"}, "state_variable");
   table.finish();
   return bias;
+}
+
+std::optional<double> read_goal(config::CheckedTable& table, const char* key) {
+  if (!table.has(key)) return std::nullopt;
+  return table.number(key, {0.001, 1.0});
+}
+
+/// `planned`: trials of a condition without it.
+StopWhen read_stop_when(config::CheckedTable& root, const Perturbation& perturbation, int planned) {
+  config::CheckedTable table = root.table("stop_when");
+  StopWhen rule;
+  rule.stiffness = table.number("stiffness", {0.001, 1.0});
+  rule.mass = read_goal(table, "mass");
+  rule.damping = read_goal(table, "damping");
+  rule.method = table.one_of("method", {"lowpass", "optimal", "state_variable", "refined"}, "refined");
+  rule.trials_least = table.whole("trials_least", kLeastTrials, 1024, 8);
+  rule.trials_most = planned;
+  if (table.has("trials_most")) rule.trials_most = table.whole("trials_most", kLeastTrials, 1024);
+  if (rule.trials_most > planned) {
+    table.refuse("trials_most",
+                 fmt::format("at most the {} trials that perturbation plans for a condition", planned));
+  } else if (rule.trials_least >= rule.trials_most) {
+    table.refuse("trials_least", fmt::format("less than the most, {}", rule.trials_most));
+  }
+  rule.amplitude_most = perturbation.amplitude;
+  if (table.has("amplitude_most_m")) rule.amplitude_most = table.number("amplitude_most_m", kAmplitudes);
+  if (rule.amplitude_most < perturbation.amplitude)
+    table.refuse("amplitude_most_m", fmt::format("at least amplitude_m, {:g} m", perturbation.amplitude));
+  rule.rise_least = perturbation.rise_time;
+  if (table.has("rise_least_s")) rule.rise_least = table.number("rise_least_s", kRises);
+  if (rule.rise_least > perturbation.rise_time)
+    table.refuse("rise_least_s", fmt::format("at most rise_time_s, {:g} s", perturbation.rise_time));
+  const double most = std::log2(perturbation.directions);
+  rule.entropy = table.number("entropy_bits", {0.0, 6.0}, 1.0);
+  if (rule.entropy > most) {
+    table.refuse("entropy_bits",
+                 fmt::format("0 to {:.3g}, what {} directions have", most, perturbation.directions));
+  }
+  table.finish();
+  return rule;
 }
 
 std::vector<Instruction> read_instructions(config::CheckedTable& root) {
@@ -234,6 +277,10 @@ void read_session(config::CheckedTable& root, Protocol& p, config::Findings& fin
   p.postures = read_postures(root);
   p.perturbation = read_perturbation(root);
   if (p.kind == ProtocolKind::kLoaded) p.bias = read_bias(root, p.perturbation);
+  if (root.has("stop_when")) {
+    const int in_set = p.perturbation.directions * p.perturbation.repeats;
+    p.stop_when = read_stop_when(root, p.perturbation, p.bias ? in_set : in_set * p.perturbation.sets);
+  }
   if (p.kind == ProtocolKind::kInstruction) {
     p.instructions = read_instructions(root);
   } else {

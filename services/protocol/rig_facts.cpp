@@ -87,7 +87,8 @@ Extremes extremes_of(const Protocol& protocol, const RigFacts& facts) {
   if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return e;
 
   const Perturbation& p = protocol.perturbation;
-  const double excursion = kExcursionOverAmplitude * p.amplitude;
+  const double amplitude = protocol.stop_when ? protocol.stop_when->amplitude_most : p.amplitude;
+  const double excursion = kExcursionOverAmplitude * amplitude;
   for (int k = 0; k < p.directions; ++k) {
     const double direction =
         (p.first_direction + 360.0 * k / p.directions) * std::numbers::pi / 180.0 + protocol.shoulder_angle;
@@ -106,6 +107,9 @@ Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) 
   if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return {};
   const Extremes e = extremes_of(protocol, facts);
   const Perturbation& p = protocol.perturbation;
+  const bool is_raised = protocol.stop_when && protocol.stop_when->amplitude_most > p.amplitude;
+  const double amplitude = is_raised ? protocol.stop_when->amplitude_most : p.amplitude;
+  const char* amplitude_key = is_raised ? "stop_when.amplitude_most_m" : "perturbation.amplitude_m";
   if (facts.kind == RigKind::kOneAxis) {
     if (p.directions > 2) {
       return refuse_value(protocol, "perturbation.directions", std::to_string(p.directions),
@@ -120,26 +124,26 @@ Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) 
   }
   if (facts.kind == RigKind::kTwoLink && (e.nearest < e.nearest_allowed || e.farthest > e.farthest_allowed)) {
     return refuse_value(
-        protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+        protocol, amplitude_key, fmt::format("{:g}", amplitude),
         fmt::format("less: rig '{}' reaches {:.3f} to {:.3f} m from its base, and excursions of "
                     "{:g} m about its home take it from {:.3f} to {:.3f} m",
-                    facts.name, e.nearest_allowed, e.farthest_allowed, kExcursionOverAmplitude * p.amplitude,
+                    facts.name, e.nearest_allowed, e.farthest_allowed, kExcursionOverAmplitude * amplitude,
                     e.nearest, e.farthest));
   }
   if (facts.stops_at && e.from_centre > e.from_centre_allowed) {
     return refuse_value(
-        protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+        protocol, amplitude_key, fmt::format("{:g}", amplitude),
         fmt::format(
             "less: rig '{}' stops at {:g} m from the centre of its workspace, and excursions of {:g} m "
             "about its home take it to {:.3f} m",
-            facts.name, e.from_centre_allowed, kExcursionOverAmplitude * p.amplitude, e.from_centre));
+            facts.name, e.from_centre_allowed, kExcursionOverAmplitude * amplitude, e.from_centre));
   }
   if (e.bias > e.bias_allowed) {
     return refuse_value(protocol, "bias.force_N", fmt::format("{:g}", e.bias),
                         expected_bias(facts, e.bias_allowed));
   }
   if (e.force > e.force_allowed) {
-    return refuse_value(protocol, "perturbation.amplitude_m", fmt::format("{:g}", p.amplitude),
+    return refuse_value(protocol, amplitude_key, fmt::format("{:g}", amplitude),
                         fmt::format("less: rig '{}' {} {:g} N, and the force may reach {:g} N", facts.name,
                                     stops_before_the_sensor(facts) ? "stops at" : "measures up to",
                                     e.force_allowed, e.force));

@@ -40,6 +40,9 @@ Result<void> Ledger::start(const record::Started& started) {
   for (const protocol::PlannedTrial& trial : state_.plan.trials) state_.expected_remaining += trial.duration;
   state_.runs.assign(state_.plan.trials.size(), 0);
   state_.rejections.assign(state_.plan.blocks.size(), 0);
+  state_.looks.resize(state_.plan.conditions.size());
+  state_.drives.resize(state_.plan.conditions.size());
+  state_.commands.assign(state_.plan.conditions.size(), 0);
   has_session_ = true;
   find_block();
   return {};
@@ -76,6 +79,12 @@ Result<void> Ledger::check(const Record& record) const {
       r != nullptr && r->block >= state_.rejections.size()) {
     return misfit(fmt::format("no set {}", r->block));
   }
+  if (const auto* r = std::get_if<record::Looked>(&record)) {
+    if (!state_.protocol.stop_when || r->condition >= state_.looks.size())
+      return misfit(fmt::format("no condition {} that is looked at", r->condition));
+    if (!state_.counted_trials.contains(r->newest))
+      return misfit(fmt::format("a look after attempt {}, which does not count", r->newest));
+  }
   if (const auto* r = std::get_if<record::Reviewed>(&record)) return check(*r);
   return {};
 }
@@ -95,7 +104,7 @@ void Ledger::find_block() {
   const std::size_t blocks = state_.plan.blocks.size();
   const auto first_of = [&](const auto& suits) {
     std::size_t block = 0;
-    while (block < blocks && (state_.remaining[block].empty() || !suits(block))) ++block;
+    while (block < blocks && !(state_.is_open(block) && suits(block))) ++block;
     return block;
   };
   state_.block = blocks;
@@ -123,6 +132,14 @@ void Ledger::take(const record::Commanded& commanded) {
   state_.last_block = state_.plan.trials[index].block;
   auto& left = state_.remaining[*state_.last_block];
   left.erase(std::find(left.begin(), left.end(), index));
+  if (state_.protocol.stop_when) {
+    const std::uint32_t condition = state_.condition_of(index);
+    state_.directions.push_back(
+        static_cast<std::uint32_t>(protocol::direction_of(state_.protocol, commanded.program)));
+    state_.amplitudes.push_back(commanded.program.amplitude_m());
+    state_.drives[condition] = {commanded.program.amplitude_m(), commanded.program.rise_time_s()};
+    ++state_.commands[condition];
+  }
   find_block();
 }
 
@@ -195,6 +212,45 @@ void Ledger::take(const record::Answered& answered) {
 }
 
 void Ledger::take(const record::Ended& ended) { state_.ended = ended; }
+
+void Ledger::take(const record::Looked& looked) {
+  state_.looks[looked.condition].push_back(looked);
+  state_.drives[looked.condition] = {looked.amplitude, looked.rise_time};
+  find_block();
+}
+
+std::vector<std::uint32_t> LedgerState::counted_in(std::uint32_t condition) const {
+  std::vector<std::uint32_t> found;
+  for (const auto& [attempt, index] : counted_trials) {
+    if (condition_of(index) == condition) found.push_back(attempt);
+  }
+  return found;
+}
+
+std::vector<record::Looked> LedgerState::standing_looks(std::uint32_t condition) const {
+  std::vector<record::Looked> standing;
+  const auto now = counted_in(condition);
+  for (const record::Looked& look : looks[condition]) {
+    // Later attempts have higher numbers: of those up to the look's newest, trials are only taken away.
+    const auto left = std::upper_bound(now.begin(), now.end(), look.newest) - now.begin();
+    if (left == static_cast<std::ptrdiff_t>(look.counted)) standing.push_back(look);
+  }
+  return standing;
+}
+
+bool LedgerState::is_ended_by_look(std::uint32_t condition) const {
+  const auto standing = standing_looks(condition);
+  return !standing.empty() && standing.back().end != protocol::LookEnd::kGoesOn &&
+         standing.back().counted == counted_in(condition).size();
+}
+
+protocol::Drive LedgerState::first_drive(std::uint32_t condition) const {
+  const protocol::Drive own{protocol.perturbation.amplitude, protocol.perturbation.rise_time};
+  if (condition == 0) return own;
+  const auto before = standing_looks(condition - 1);
+  if (before.empty()) return own;
+  return protocol::drive_after(*protocol.stop_when, own, drives[condition - 1], looks_of(before));
+}
 
 void Ledger::take(const record::Reviewed& reviewed) {
   const std::uint32_t block = state_.plan.trials[reviewed.planned_index].block;

@@ -23,9 +23,9 @@ struct LedgerState {
   std::optional<record::Bound> bound;
 
   std::vector<std::deque<std::uint32_t>> remaining;  ///< By block: planned_index in the order of running.
-  /// Where the next trial is: in the block of the last one as long as trials remain there, then at its
-  /// posture, then the first with trials remaining; plan.blocks.size(): none. It goes back only for a trial
-  /// that was rejected by hand.
+  /// Where the next trial is: in the block of the last one as long as it is open, then at its posture, then
+  /// the first that is open; plan.blocks.size(): none. It goes back only for a trial that was rejected by
+  /// hand.
   std::size_t block = 0;
   std::optional<std::size_t> last_block;      ///< Of the trial that was commanded last.
   std::optional<v1::TrialProgram> in_flight;  ///< Commanded, not yet settled.
@@ -38,6 +38,12 @@ struct LedgerState {
   std::map<std::uint32_t, std::uint32_t> counted_trials;     ///< planned_index by attempt.
   std::vector<record::Reviewed> reviews;  ///< Valid attempts that do not count, in that order.
   std::vector<record::Noted> notes;
+
+  std::vector<std::uint32_t> directions;           ///< By attempt from 1: 0 .. directions - 1.
+  std::vector<double> amplitudes;                  ///< By attempt from 1, m.
+  std::vector<std::vector<record::Looked>> looks;  ///< By condition.
+  std::vector<protocol::Drive> drives;             ///< By condition: of its next trial.
+  std::vector<std::uint32_t> commands;             ///< By condition.
 
   std::uint32_t attempts = 0;
   std::uint32_t counted = 0;
@@ -54,6 +60,23 @@ struct LedgerState {
   std::optional<record::Ended> ended;
 
   static constexpr std::size_t kAnswersKept = 64;
+
+  [[nodiscard]] std::uint32_t condition_of(std::uint32_t planned_index) const {
+    return plan.blocks[plan.trials[planned_index].block].condition;
+  }
+  /// Attempts of a condition that count, ascending.
+  [[nodiscard]] std::vector<std::uint32_t> counted_in(std::uint32_t condition) const;
+  /// The looks of a condition after which no trial that they stand on was rejected by hand.
+  [[nodiscard]] std::vector<record::Looked> standing_looks(std::uint32_t condition) const;
+  /// The newest of these ended the condition, and no trial came after it. One that is rejected later opens it
+  /// again.
+  [[nodiscard]] bool is_ended_by_look(std::uint32_t condition) const;
+  /// Trials of the block may be commanded.
+  [[nodiscard]] bool is_open(std::size_t of_block) const {
+    return !remaining[of_block].empty() && !is_ended_by_look(plan.blocks[of_block].condition);
+  }
+  /// How a condition begins: as the one before it ended, where that was looked at.
+  [[nodiscard]] protocol::Drive first_drive(std::uint32_t condition) const;
 };
 
 /// A session as the sum of its records: apply() is the only way to change it, live and when a journal is
@@ -83,6 +106,7 @@ class Ledger {
   void take(const record::Requested& requested);
   void take(const record::Answered& answered);
   void take(const record::Ended& ended);
+  void take(const record::Looked& looked);
   void take(const record::Reviewed& reviewed);
   void take(const record::Noted& noted);
   /// The posture of the trial that comes next; none: there is none.

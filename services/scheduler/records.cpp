@@ -85,10 +85,13 @@ void fields(A archive, R& r) {
     archive& r.phase& r.message;
   } else if constexpr (std::is_same_v<T, record::Reviewed>) {
     archive& r.attempt& r.planned_index& r.place& r.reason& r.reviewed_by& r.reviewed_ns;
-  } else {
-    static_assert(std::is_same_v<T, record::Noted>);
+  } else if constexpr (std::is_same_v<T, record::Noted>) {
     archive& r.note_id& r.trial_id& r.kind& r.text& r.written_by& r.written_ns& r.has_rig_clock& r
         .rig_clock_ns& r.epoch;
+  } else {
+    static_assert(std::is_same_v<T, record::Looked>);
+    archive& r.condition& r.newest& r.counted& r.estimate_id& r.trials& r.stiffness& r.mass& r.damping& r
+        .is_ok& r.is_linear& r.end& r.needed& r.because& r.amplitude& r.rise_time;
   }
 }
 
@@ -105,6 +108,13 @@ Record take_record(Cdr& cdr, std::uint32_t type) {
 }
 
 }  // namespace
+
+std::vector<protocol::Look> looks_of(const std::vector<record::Looked>& records) {
+  std::vector<protocol::Look> looks;
+  for (const record::Looked& r : records)
+    looks.push_back({r.trials, r.stiffness, r.mass, r.damping, r.is_ok, r.is_linear});
+  return looks;
+}
 
 Result<std::string> encode_records(const std::vector<Record>& records) {
   // Into zeros of our own: the serialiser leaves the octets between aligned fields as they are.

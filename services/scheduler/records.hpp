@@ -9,6 +9,7 @@
 
 #include "services/core/id.hpp"
 #include "services/core/result.hpp"
+#include "services/protocol/stop_rule.hpp"
 
 #include <idl/session.h>
 #include <idl/trial.h>
@@ -129,6 +130,26 @@ struct Noted {
   std::uint64_t epoch = 0;
 };
 
+/// What a condition's estimate said after its newest trial, and what was made of it (`stop_when`). Without an
+/// estimate in time the condition goes on, or ends where it may not.
+struct Looked {
+  std::uint32_t condition = 0;  ///< In the plan.
+  std::uint32_t newest = 0;     ///< Attempt; the newest of the condition that counts.
+  std::uint32_t counted = 0;    ///< Trials of the condition that count.
+  Id estimate_id = kNoId;       ///< kNoId: none came in time.
+  std::uint32_t trials = 0;     ///< Behind the estimate.
+  double stiffness = 0.0;       ///< Half-widths; not finite: not known.
+  double mass = 0.0;
+  double damping = 0.0;
+  bool is_ok = false;
+  bool is_linear = false;
+  protocol::LookEnd end = protocol::LookEnd::kGoesOn;
+  double needed = 0.0;  ///< Trials that the goals take; not finite: not known.
+  std::string because;
+  double amplitude = 0.0;  ///< m, of the next trial.
+  double rise_time = 0.0;  ///< s
+};
+
 }  // namespace tonus::scheduler::record
 
 namespace tonus::scheduler {
@@ -137,7 +158,10 @@ namespace tonus::scheduler {
 using Record = std::variant<record::Started, record::Bound, record::Commanded, record::Counted,
                             record::Rejected, record::Refused, record::Receipted, record::AxesFixed,
                             record::PostureConfirmed, record::LimitRaised, record::Requested,
-                            record::Answered, record::Ended, record::Reviewed, record::Noted>;
+                            record::Answered, record::Ended, record::Reviewed, record::Noted, record::Looked>;
+
+/// As the stopping rule takes them.
+[[nodiscard]] std::vector<protocol::Look> looks_of(const std::vector<record::Looked>& records);
 
 /// Records as one run of octets (plain CDR, little endian), and back. kDataLoss where octets are no records.
 [[nodiscard]] Result<std::string> encode_records(const std::vector<Record>& records);

@@ -71,8 +71,7 @@ Effects SessionMachine::on_receipt(const v1::ArchiveReceipt& receipt) {
 }
 
 Effects SessionMachine::on_estimate(const v1::Estimate& estimate) {
-  if (is_active() && ledger_.state().protocol.bias &&
-      estimate.session_id() == ledger_.state().started.session_id) {
+  if (is_active() && estimate.session_id() == ledger_.state().started.session_id) {
     estimates_[estimate.estimate_id()] = estimate;
     advance();
   }
@@ -122,6 +121,10 @@ std::optional<Clock::TimePoint> SessionMachine::next_deadline() const {
   if (ledger_.state().in_flight && !ledger_.state().is_abort_wanted) consider(resend_at_);
   if (refusals_ > 0 && refusals_ < patience_.refusals && retry_at_ > clock_.now()) consider(retry_at_);
   if (axes_due_ && *axes_due_ > clock_.now()) consider(*axes_due_);
+  if (look_due_) {
+    const Clock::TimePoint shown = *look_due_ - patience_.estimate + patience_.answer;
+    consider(clock_.now() < shown ? shown : *look_due_);
+  }
   if (complete_until_) consider(*complete_until_);
   return next;
 }

@@ -133,6 +133,10 @@ bool SessionMachine::runs_on_rig() const {
 
 std::optional<SessionMachine::Hold> SessionMachine::find_hold() {
   const LedgerState& s = ledger_.state();
+  if (auto hold = hold_for_look()) {
+    if (s.is_pause_wanted) return paused();
+    return hold;
+  }
   if (s.block == s.plan.blocks.size()) {
     phase_ = v1::SESSION_COMPLETING;
     publish_state();
@@ -142,17 +146,17 @@ std::optional<SessionMachine::Hold> SessionMachine::find_hold() {
       return Hold{phase_, fmt::format("archive: receipts of {} rejected trials", owed), Asks::kNobody};
     }
     end(v1::SESSION_COMPLETED,
-        owed == 0 ? fmt::format("{} trials counted", s.counted)
-                  : fmt::format("{} trials counted; the archive has not confirmed {} rejected "
-                                "ones",
-                                s.counted, owed));
+        fmt::format("{} trials counted{}{}", s.counted, goals_missed(),
+                    owed == 0 ? "" : fmt::format("; the archive has not confirmed {} rejected ones", owed)));
     return std::nullopt;
   }
-  if (s.is_pause_wanted) {
-    return Hold{v1::SESSION_PAUSED, is_held() ? clear_then_resume() : "operator: resume", Asks::kNobody};
-  }
+  if (s.is_pause_wanted) return paused();
   if (auto hold = hold_for_rig(); hold || !is_active()) return hold;
   return hold_for_block();
+}
+
+SessionMachine::Hold SessionMachine::paused() const {
+  return {v1::SESSION_PAUSED, is_held() ? clear_then_resume() : "operator: resume", Asks::kNobody};
 }
 
 SessionMachine::Hold SessionMachine::service_hold(const std::string& what) const {
@@ -274,9 +278,10 @@ void SessionMachine::command_next() {
   const std::uint32_t index = s.remaining[s.block].front();
   const protocol::Block& block = s.plan.blocks[s.block];
   const auto axes = s.axes.find(block.posture_index);
-  const auto program = protocol::commanded_program(
+  auto program = protocol::commanded_program(
       s.protocol, s.plan, index, s.started.session_id, s.attempts + 1, s.started.seed, s.runs[index] > 0,
       axes == s.axes.end() ? std::nullopt : std::optional<protocol::BiasAxes>(axes->second));
+  if (s.protocol.stop_when && program.kind() == v1::TRIAL_PERTURBATION) steer_next(block.condition, program);
   decide(record::Commanded{program});
   flight_id_ = trial_id(s.started.session_id, s.attempts);
   outcome_.reset();

@@ -47,7 +47,7 @@ struct Patience {
   std::chrono::milliseconds stillness{
       1050};  ///< After the arming; the rig itself refuses in the first second.
   std::chrono::milliseconds abort_repeat{500};  ///< Between two requests to the rig to abort.
-  std::chrono::milliseconds estimate{10000};    ///< For set one's stiffness from all of its trials.
+  std::chrono::milliseconds estimate{10000};    ///< For an estimate from all trials of its condition.
   std::chrono::milliseconds receipt{30000};     ///< At the end, for the receipts of rejected trials.
   std::chrono::milliseconds rig_silence{2000};  ///< After which the rig's clock is not known any more.
   int resends = 2;                              ///< Repeats of a command before the wait shows in the phase.
@@ -65,6 +65,10 @@ struct Patience {
 /// rig knows a trial by its id, does not run it twice, and publishes its outcome anew. The next trial is
 /// chosen only after the last is recorded as settled, so a scheduler that dies anywhere and is restored goes
 /// on with what comes next.
+///
+/// With `stop_when` each trial of a condition, from the fewest on, is followed by a look at the condition's
+/// estimate, which is recorded with what was decided; the next trial's direction and drive follow from the
+/// records alone.
 ///
 /// WAITING is left by itself when what is missing comes back, or, where it is for the operator, by
 /// SESSION_RESUME.
@@ -124,6 +128,12 @@ class SessionMachine {
     Asks asks = Asks::kNobody;
   };
 
+  /// An estimate of a condition's trials.
+  struct Seen {
+    const v1::Estimate* estimate = nullptr;  ///< nullptr: none has come.
+    std::size_t left_out = 0;                ///< Trials that count and are not in it.
+  };
+
   // session_machine.cpp: the course of the session (the inputs: session_inputs.cpp)
   void advance();
   void advance_abort();
@@ -135,6 +145,28 @@ class SessionMachine {
   [[nodiscard]] std::optional<Hold> hold_for_block();
   [[nodiscard]] std::optional<Hold> hold_for_axes(const protocol::Block& block);
   [[nodiscard]] Hold service_hold(const std::string& what) const;
+  [[nodiscard]] Hold paused() const;
+
+  // session_looks.cpp: precision-led conditions, and how far conditions are
+  /// Of a precision-led protocol, for a person.
+  [[nodiscard]] std::string name_of(std::uint32_t condition) const;
+  /// The condition whose newest trial has not been followed by a look; none: there is none.
+  [[nodiscard]] std::optional<std::uint32_t> condition_to_look_at() const;
+  /// Of the trials that count, the newest among them, that which leaves fewest out.
+  [[nodiscard]] Seen estimate_of(std::uint32_t condition) const;
+  [[nodiscard]] std::optional<Hold> hold_for_look();
+  [[nodiscard]] Hold hold_for_estimate(std::uint32_t condition) const;
+  void look(std::uint32_t condition, const v1::Estimate* estimate);
+  [[nodiscard]] std::size_t trials_at(std::uint32_t condition, const protocol::Drive& drive) const;
+  void steer_next(std::uint32_t condition, v1::TrialProgram& program) const;
+  [[nodiscard]] v1::ConditionProgress progress_of(std::uint32_t condition) const;
+  [[nodiscard]] double precision_of(std::uint32_t condition) const;
+  [[nodiscard]] std::uint32_t left_in(std::uint32_t condition) const;
+  [[nodiscard]] std::uint32_t expected_left_in(std::uint32_t condition) const;
+  /// Where goals were not reached, to follow how many trials were counted; empty: all were, or there are
+  /// none.
+  [[nodiscard]] std::string goals_missed() const;
+  void describe_conditions(v1::SessionState& state) const;
   void command_next();
   void send_in_flight();
   void repeat_in_flight();
@@ -217,6 +249,8 @@ class SessionMachine {
   std::optional<std::pair<std::uint32_t, std::uint32_t>> cued_;  // posture, instruction
   std::map<Id, v1::Estimate> estimates_;
   std::optional<Clock::TimePoint> axes_due_;  // the axes are waited for since before this, less the patience
+
+  std::optional<Clock::TimePoint> look_due_;  // when a condition goes on without its estimate
 
   Id flight_id_ = kNoId;
   std::optional<v1::TrialOutcome> outcome_;

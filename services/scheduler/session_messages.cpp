@@ -35,6 +35,7 @@ void SessionMachine::begin_session() {
   cued_.reset();
   estimates_.clear();
   axes_due_.reset();
+  look_due_.reset();
   flight_id_ = kNoId;
   outcome_.reset();
   verdict_.reset();
@@ -112,6 +113,7 @@ v1::SessionState SessionMachine::described() const {
   const double pace = s.expected_settled > 0.0 ? s.experiment / s.expected_settled : 1.0;
   state.remaining_s(s.ended ? 0.0 : std::max(0.0, s.expected_remaining) * pace);
   state.experiment_s(s.experiment);
+  describe_conditions(state);
   return state;
 }
 
@@ -125,8 +127,9 @@ void SessionMachine::publish_state() {
 }
 
 std::string SessionMachine::where_it_stands() const {
-  return hold_ ? fmt::format("{}: waiting for {}", phase_name(phase_), hold_->waiting_for)
-               : phase_name(phase_);
+  return hold_ && !hold_->waiting_for.empty()
+             ? fmt::format("{}: waiting for {}", phase_name(phase_), hold_->waiting_for)
+             : phase_name(phase_);
 }
 
 void SessionMachine::reply(const Id& session_id, const Id& request_id, bool is_done,

@@ -67,6 +67,7 @@ void SessionMachine::review(const v1::SessionCommand& command) {
   publish(reviewed);
   message_ = fmt::format("trial {} rejected by hand: {}", *attempt, command.text());
   axes_due_.reset();
+  look_due_.reset();
   complete_until_.reset();
   answer(command.request_id(), true,
          fmt::format("trial {} is left out{}", *attempt, is_recorded ? "" : " and runs again"));

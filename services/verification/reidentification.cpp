@@ -6,6 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <sstream>
 
+#include "analysis_service/offline/archived_session.hpp"
 #include "analysis_service/offline/archived_trial.hpp"
 #include "analysis_service/service/command_line.hpp"
 #include "analysis_service/service/muscle_settings.hpp"
@@ -220,6 +221,7 @@ Result<v1::Estimate> reidentify_as_published(store::Store& store, const Session&
   identification::BookSettings settings;
   settings.analyses = {*options};
   identification::ConditionBook book(settings);
+  book.set_precision_led(identification::is_precision_led(session));
   for (const v1::TrialRange& used : published.trials()) {
     const auto trial = std::find_if(session.trials.begin(), session.trials.end(),
                                     [&](const SessionTrial& t) { return t.attempt == used.attempt(); });

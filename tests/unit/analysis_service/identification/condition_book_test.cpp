@@ -99,6 +99,18 @@ TEST(ConditionBook, EqualsTheOffLineIdentificationOfTheSameTrials) {
   expect_same(book.identify(book.changed().front())[0].estimate, *off_line);
 }
 
+TEST(ConditionBook, MakesWhatASessionNeedsBesideItsOwnAnalysesEachOnce) {
+  ConditionBook book;  // state_variable
+  impedance::Options refined;
+  refined.method = impedance::Method::kRefined;
+  book.set_further({impedance::Options{}, refined});
+  for (const auto& trial : made_up_condition()) add(book, trial);
+  const auto estimates = book.identify(book.changed().front());
+  ASSERT_THAT(estimates, SizeIs(2));
+  EXPECT_EQ(estimates[0].estimate.method, impedance::Method::kStateVariable);
+  EXPECT_EQ(estimates[1].estimate.method, impedance::Method::kRefined);
+}
+
 TEST(ConditionBook, TakesAnAttemptOnce) {
   ConditionBook book;
   const auto trials = made_up_condition();

@@ -129,7 +129,7 @@ INSTANTIATE_TEST_SUITE_P(
             "p.toml:4: bias: unknown key; expected one of antagonists, confirm_posture, "
             "cue, kind, limits, name, perturbation, "
             "posture, reference_contraction, "
-            "rejection_limit, schema, shoulder_angle_rad"}));
+            "rejection_limit, schema, shoulder_angle_rad, stop_when"}));
 
 TEST(ProtocolParser, RefusesABiasThatDoesNotFitItsSets) {
   EXPECT_EQ(

@@ -36,7 +36,11 @@ std::vector<Record> one_of_each() {
           record::LimitRaised{3},
           record::Requested{id_of("q"), v1::SESSION_ABORT},
           record::Answered{id_of("q"), true, "paused"},
-          record::Ended{v1::SESSION_ABORTED, "aborted by request"}};
+          record::Ended{v1::SESSION_ABORTED, "aborted by request"},
+          record::Reviewed{7, 3, 1, "coughed", "Ada", 12},
+          record::Noted{id_of("n"), kNoId, "marker", "music", "Ada", 13, true, -5, 2},
+          record::Looked{1, 9, 8, id_of("e"), 8, 0.04, 0.1, 0.2, true, true, protocol::LookEnd::kReached, 7.5,
+                         "narrow enough", 0.006, 0.1}};
 }
 
 TEST(Records, SurviveWritingAndReading) {
@@ -44,7 +48,7 @@ TEST(Records, SurviveWritingAndReading) {
   ASSERT_TRUE(octets.has_value());
   const auto back = decode_records(*octets);
   ASSERT_TRUE(back.has_value()) << back.error().message;
-  ASSERT_EQ(back->size(), 13u);
+  ASSERT_EQ(back->size(), 16u);
   const auto& started = std::get<record::Started>((*back)[0]);
   EXPECT_EQ(started.protocol_toml, "schema = 1");
   EXPECT_EQ(started.seed, 42u);
@@ -57,6 +61,13 @@ TEST(Records, SurviveWritingAndReading) {
   EXPECT_EQ(std::get<record::AxesFixed>((*back)[7]).minor[1], -1.0);
   EXPECT_EQ(std::get<record::Requested>((*back)[10]).request, v1::SESSION_ABORT);
   EXPECT_EQ(std::get<record::Ended>((*back)[12]).phase, v1::SESSION_ABORTED);
+  EXPECT_EQ(std::get<record::Reviewed>((*back)[13]).reason, "coughed");
+  EXPECT_EQ(std::get<record::Noted>((*back)[14]).rig_clock_ns, -5);
+  const auto& looked = std::get<record::Looked>((*back)[15]);
+  EXPECT_EQ(looked.end, protocol::LookEnd::kReached);
+  EXPECT_EQ(looked.estimate_id, id_of("e"));
+  EXPECT_EQ(looked.because, "narrow enough");
+  EXPECT_EQ(looked.rise_time, 0.1);
   EXPECT_EQ(*encode_records(*back), *octets);
 }
 
