@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <array>
 #include <cstdint>
+#include <limits>
 #include <optional>
 #include <span>
 #include <string>
@@ -24,13 +25,16 @@ struct PlannedTrial {
   double duration = 0.0;  ///< s, expected.
 };
 
+/// Of trials that are identified with no others: reference contractions.
+inline constexpr std::uint32_t kNoCondition = std::numeric_limits<std::uint32_t>::max();
+
 /// Trials that are interchangeable in their order: a set at a posture under one instruction. A rejected trial
 /// is queued again within its block.
 struct Block {
   std::uint32_t posture_index = 0;
   std::uint32_t instruction_index = 0;  ///< In Protocol::instructions.
   std::int32_t set_number = 1;
-  std::uint32_t condition = 0;  ///< In Plan::conditions.
+  std::uint32_t condition = kNoCondition;  ///< In Plan::conditions.
   BiasAxis axis = BiasAxis::kNone;
   double bias_force = 0.0;           ///< N, along the axis.
   std::vector<std::uint32_t> order;  ///< planned_index of its trials.

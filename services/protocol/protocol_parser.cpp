@@ -287,6 +287,8 @@ void read_session(config::CheckedTable& root, Protocol& p, config::Findings& fin
     p.instructions = {{"", p.cue.text}};
   }
   p.muscles = read_muscles(root);
+  if (p.stop_when && p.muscles.reference.trials > 0)
+    root.refuse("stop_when", "none beside reference_contraction, whose trials are of no condition");
   check_size(p, findings);
 }
 

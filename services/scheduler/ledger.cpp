@@ -228,6 +228,7 @@ std::vector<std::uint32_t> LedgerState::counted_in(std::uint32_t condition) cons
 }
 
 std::vector<record::Looked> LedgerState::standing_looks(std::uint32_t condition) const {
+  if (condition == protocol::kNoCondition) return {};
   std::vector<record::Looked> standing;
   const auto now = counted_in(condition);
   for (const record::Looked& look : looks[condition]) {

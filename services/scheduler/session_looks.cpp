@@ -259,8 +259,9 @@ std::string SessionMachine::goals_missed() const {
 void SessionMachine::describe_conditions(v1::SessionState& state) const {
   const LedgerState& s = ledger_.state();
   const std::size_t all = s.plan.conditions.size();
-  const std::size_t now =
-      s.block < s.plan.blocks.size() ? s.plan.blocks[s.block].condition : (all > 0 ? all - 1 : 0);
+  const std::size_t last = all > 0 ? all - 1 : 0;
+  const std::size_t in_block = s.block < s.plan.blocks.size() ? s.plan.blocks[s.block].condition : last;
+  const std::size_t now = in_block == protocol::kNoCondition ? 0 : in_block;
   const std::size_t first = now < kProgressMost ? 0 : now - kProgressMost + 1;
   double trials = 0.0;
   double expected = 0.0;

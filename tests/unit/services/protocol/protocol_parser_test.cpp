@@ -131,6 +131,13 @@ INSTANTIATE_TEST_SUITE_P(
             "posture, reference_contraction, "
             "rejection_limit, schema, shoulder_angle_rad, stop_when"}));
 
+TEST(ProtocolParser, RefusesAnEarlyEndBesideReferenceContractions) {
+  const std::string text = with(small_protocol(), "sets = 2", "sets = 8") +
+                           "\n[stop_when]\nstiffness = 0.05\n[reference_contraction]\ntrials = 2\n";
+  EXPECT_NE(error_of(text).find("expected none beside reference_contraction"), std::string::npos)
+      << error_of(text);
+}
+
 TEST(ProtocolParser, RefusesABiasThatDoesNotFitItsSets) {
   EXPECT_EQ(
       error_of(with(small_loaded_protocol(), "\"-minor\"]", "\"-minor\", \"none\"]")),
