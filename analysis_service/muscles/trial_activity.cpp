@@ -1,7 +1,9 @@
 #include "analysis_service/muscles/trial_activity.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
+#include <vector>
 
 namespace tonus::muscles {
 namespace {
@@ -30,6 +32,32 @@ std::vector<double> envelope_in(const std::vector<double>& rectified, double rat
   std::vector<double> part(envelope.begin() + first, envelope.end());
   for (double& value : part) value /= level;
   return part;
+}
+
+struct Envelope {
+  std::vector<double> values;
+  double rate = 0.0;  // 1/s
+};
+
+/// The values next to the instants of a lower rate; an envelope has nothing above 6 Hz.
+std::vector<double> thinned(const Envelope& envelope, double rate) {
+  std::vector<double> values;
+  for (std::size_t k = 0;; ++k) {
+    const auto at = static_cast<std::size_t>(std::llround(static_cast<double>(k) * envelope.rate / rate));
+    if (at >= envelope.values.size()) return values;
+    values.push_back(envelope.values[at]);
+  }
+}
+
+/// Of two channels that may have other rates.
+double co_contraction_of(const Envelope& first, const Envelope& second) {
+  const double rate = std::min(first.rate, second.rate);
+  if (!(rate > 0.0)) return kNone;
+  auto a = thinned(first, rate);
+  auto b = thinned(second, rate);
+  a.resize(std::min(a.size(), b.size()));
+  b.resize(a.size());
+  return muscles::co_contraction(a, b);
 }
 
 }  // namespace
@@ -63,7 +91,7 @@ double Reference::level(const std::string& channel) const {
 TrialActivity Reference::measure(std::span<const AuxiliarySeries> series, const Window& rest, double onset,
                                  const MuscleSettings& settings) const {
   TrialActivity found;
-  std::map<std::string, std::vector<double>> envelopes;
+  std::map<std::string, Envelope> envelopes;
   for (const AuxiliarySeries& one : series) {
     if (one.channel.type != "EMG") continue;
     const double rate = one.channel.rate;
@@ -79,14 +107,14 @@ TrialActivity Reference::measure(std::span<const AuxiliarySeries> series, const 
       activity.short_latency = mean(after(onset, kShortLatency));
       activity.long_latency = mean(after(onset, kLongLatency));
       if (is_normalised)
-        envelopes[one.channel.name] = envelope_in(*rectified, rate, in_series(one, rest), reference);
+        envelopes[one.channel.name] = {envelope_in(*rectified, rate, in_series(one, rest), reference), rate};
     }
     found.muscles.push_back(std::move(activity));
   }
   double sum = 0.0;
   int pairs = 0;
   for (const auto& [first, second] : settings.antagonists) {
-    const double index = muscles::co_contraction(envelopes[first], envelopes[second]);
+    const double index = co_contraction_of(envelopes[first], envelopes[second]);
     if (!std::isfinite(index)) continue;
     sum += index;
     ++pairs;

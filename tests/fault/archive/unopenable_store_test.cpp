@@ -85,7 +85,10 @@ TEST(OlderStore, IsChangedOnlyWhereAPersonHasAllowedIt) {
   {
     auto database = store::Database::open(file.string(), store::Database::Mode::kReadWrite);
     ASSERT_TRUE(database && database->run("DROP TABLE session_certificates;"
-                                          "DELETE FROM schema_migrations WHERE version = 2"));
+                                          "DROP TABLE auxiliary_coverage;"
+                                          "ALTER TABLE blocks DROP COLUMN is_auxiliary;"
+                                          "ALTER TABLE streams DROP COLUMN auxiliary_values;"
+                                          "DELETE FROM schema_migrations WHERE version >= 2"));
   }
   const std::string before = bytes_of(file);
   const std::string domain = std::to_string(tonus::testing::own_domain());

@@ -66,7 +66,7 @@ void read_spool(std::span<const std::byte> input) {
     require(range.first_sequence <= range.last_sequence, "a run of samples has a beginning before its end");
     require_message(spool->read(range.epoch, range.first_sequence, range.last_sequence, [](auto) {}));
   }
-  static_cast<void>(spool->received(7, 0, spool->last_sequence(7, 0)));
+  static_cast<void>(spool->received(7, 0, spool->last_sequence(7).value_or(0)));
   require_message(spool->append(9, 0, 1, {input.first(std::min<std::size_t>(input.size(), 64)), {}}));
   require_message(spool->sync());
 }

@@ -188,10 +188,10 @@ TEST(ComediConfig, RefusesAWiringThatIsNotWholeWithOneLine) {
   const std::string whole =
       "[comedi]\nencoders = { subdevice = 3, channel = 0 }\nforce = { subdevice = 0, channel = 0 }\n";
   const std::string motors = "motors = { subdevice = 1, channel = 0, torque_Nm_per_V = [1.0, -2.0] }\n";
-  EXPECT_EQ(
-      refusal(whole + motors + "voltage = 3\n"),
-      "wiring.toml:5: comedi.voltage: unknown key; expected one of device, emergency_stop, enable, encoders, "
-      "force, heartbeat, motors, onset");
+  EXPECT_EQ(refusal(whole + motors + "voltage = 3\n"),
+            "wiring.toml:5: comedi.voltage: unknown key; expected one of auxiliary, device, emergency_stop, "
+            "enable, encoders, "
+            "force, heartbeat, motors, onset");
   EXPECT_EQ(refusal(whole + "motors = { subdevice = 1, channel = 0, torque_Nm_per_V = [1.0, 0.0] }\n"),
             "wiring.toml:4: comedi.motors.torque_Nm_per_V: [1, 0] is not allowed; expected two numbers from "
             "0.001 to "
