@@ -244,8 +244,8 @@ LagTest test_lag(const WeightedFit& fit, const TrialCovariance& covariance,
     columns.push_back(std::move(own));
   }
   const Extended extended = extend(fit, covariance, half_widths(fit, covariance), columns);
-  return {extended.p, extended.b, extended.V.diagonal().cwiseMax(0.0).cwiseSqrt(), extended.effect,
-          extended.share};
+  return {extended.p,      extended.b,     extended.V.diagonal().cwiseMax(0.0).cwiseSqrt(),
+          extended.effect, extended.share, sample_period};
 }
 
 MisfitTest test_misfit(const WeightedFit& fit, const std::vector<TrialRows>& trials,

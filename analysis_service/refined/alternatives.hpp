@@ -36,6 +36,7 @@ struct LagTest {
   Eigen::VectorXd std;
   double effect = 0.0;  ///< As of an alternative.
   double share = 0.0;
+  double sample_period = 0.0;  ///< s.
 };
 
 /// Adds each alternative, computed from the motion that the command predicts (rows x axes a trial) and so its

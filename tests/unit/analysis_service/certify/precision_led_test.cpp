@@ -94,8 +94,9 @@ TEST(WidenedIntervals, AreTheWiderOfTheTrialsScatterAndTheNoiseModel) {
         const Eigen::Index place = 7 * i + 4 + j;  // of K in vec(theta), whose rows are x" x' x 1
         const double by_model = 1.96 * std::sqrt(model(place, place));
         const double by_scatter = 0.5 * (estimate->high.K(i, j) - estimate->low.K(i, j));
-        EXPECT_NEAR(0.5 * (wide.high.K(i, j) - wide.low.K(i, j)), std::max(by_model, by_scatter),
-                    1e-9 * by_scatter);
+        const double value = estimate->value.K(i, j);
+        EXPECT_NEAR(wide.low.K(i, j), std::min(estimate->low.K(i, j), value - by_model), 1e-9 * by_scatter);
+        EXPECT_NEAR(wide.high.K(i, j), std::max(estimate->high.K(i, j), value + by_model), 1e-9 * by_scatter);
         EXPECT_EQ(wide.value.K(i, j), estimate->value.K(i, j));
         ++(by_model > by_scatter ? widened : kept);
       }

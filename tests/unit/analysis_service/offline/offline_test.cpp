@@ -273,7 +273,9 @@ TEST(IdentifyRecordings, SuspectsAForceChannelThirtyMillisecondsLate) {
       const auto estimate = only(identify(record));
       EXPECT_EQ(estimate.status(), v1::ESTIMATE_SUSPECT)
           << "channel " << channel << ", raw " << record.is_raw;
-      EXPECT_TRUE(has(estimate, "force_shifted")) << "channel " << channel << ", raw " << record.is_raw;
+      ASSERT_FALSE(estimate.reasons().empty());
+      EXPECT_EQ(estimate.reasons().front().substr(0, 47), "force_shifted: the force is 30.00 ms later than")
+          << "channel " << channel << ", raw " << record.is_raw;
     }
   }
 }
