@@ -320,13 +320,14 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   }
   Diagnosis diagnosis = known->diagnosis;
   // What a clipped force shows beside its clipping names a wrong cause.
-  if (!failure && !diagnosis.is_force_clipped)
-    diagnosis.model_tests = model_tests_of(trials, options, estimate.method, *known);
-  if (diagnosis.model_tests != nullptr || estimate.method == Method::kRefined)
+  const refined::Estimate* tests = failure || diagnosis.is_force_clipped
+                                       ? nullptr
+                                       : model_tests_of(trials, options, estimate.method, *known);
+  if (tests != nullptr) {
+    take_tests(*tests, known->by_motion && tests == &*known->by_motion, diagnosis);
+    carry_doubts(*tests, estimate);
+  } else if (estimate.method == Method::kRefined) {
     diagnosis.is_force_shifted = false;  // it has a test of its own
-  if (diagnosis.model_tests != nullptr) {
-    diagnosis.is_by_mean_motion = known->by_motion && diagnosis.model_tests == &*known->by_motion;
-    carry_doubts(*diagnosis.model_tests, estimate);
   }
   if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);
   conclude(estimate, failure, diagnosis);

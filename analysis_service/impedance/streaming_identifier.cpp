@@ -134,12 +134,9 @@ class StreamingIdentifier::Core {
     const double tuned = tuned_natural_frequency(ordered, options_.window, options_.block);
     if (!options_.natural_frequency && tuned > 0.0) natural_frequency_ = tuned;
     diagnosis_ = diagnose(ordered, options_, tuned);
-    model_tests_ = tests_by_mean_motion(ordered, options_);
-    if (model_tests_ && !diagnosis_.is_force_clipped) {
-      diagnosis_.model_tests = &*model_tests_;
-      diagnosis_.is_force_shifted = false;  // as identify() does it
-      diagnosis_.is_by_mean_motion = true;
-    }
+    model_tests_.reset();
+    if (!diagnosis_.is_force_clipped) model_tests_ = tests_by_mean_motion(ordered, options_);
+    if (model_tests_) take_tests(*model_tests_, true, diagnosis_);
     refit();
   }
 

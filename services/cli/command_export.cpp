@@ -51,9 +51,7 @@ Result<void> export_bids(store::Store& store, const store::Session& session, con
 Result<void> export_session(const ExportOptions& options) {
   auto store = open_to_read(options.archive);
   if (!store) return store.error();
-  const auto record = store::find_session(**store, options.session);
-  if (!record) return record.error();
-  const auto session = store::read_session(**store, record->session);
+  const auto session = store::read_found_session(**store, options.session);
   if (!session) return session.error();
   ProgressBar bar("trials");
   const auto progress = [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); };
@@ -70,7 +68,7 @@ Result<void> export_session(const ExportOptions& options) {
   }
   bar.clear();
   if (!done) return done;
-  std::printf("session %s: %s\n", to_hex(record->session).c_str(), shown(options.out).c_str());
+  std::printf("session %s: %s\n", to_hex(session->record.session).c_str(), shown(options.out).c_str());
   return {};
 }
 
