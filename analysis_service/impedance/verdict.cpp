@@ -7,7 +7,7 @@
 #include "analysis_service/impedance/ellipse.hpp"
 #include "analysis_service/impedance/force_lag.hpp"
 #include "analysis_service/impedance/model_tests.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 namespace {
@@ -41,7 +41,8 @@ void check_symmetry(Estimate& estimate) {
   const double largest = estimate.value.M.cwiseAbs().maxCoeff();
   const double half = 0.5 * (estimate.high.M - estimate.low.M).maxCoeff();
   const double strict =
-      spectral::student_t_quantile(1.0 - kSymmetryLevel, static_cast<double>(estimate.units - 1)) * deviation;
+      statistics::student_t_quantile(1.0 - kSymmetryLevel, static_cast<double>(estimate.units - 1)) *
+      deviation;
   const double limit = std::max({strict, kMostAsymmetry * largest, half});
   if (difference <= limit) return;
   estimate.reasons.push_back(Reason::kAsymmetricMass);
