@@ -33,6 +33,8 @@ Error unavailable(const char* what, int error) {
 
 std::string program() { return (installation().helpers / "tonus-rig-watchdog").string(); }
 
+/// Not by core/process: such a child ends with the thread that started it, and this one is there for the agent
+/// that was killed.
 Result<pid_t> spawn(std::vector<std::string> arguments, int page) {
   std::vector<char*> argv;
   for (auto& argument : arguments) argv.push_back(argument.data());
