@@ -126,6 +126,7 @@ AlternativeTest test_one(Alternative alternative, const WeightedFit& fit, const 
   for (const auto& term : terms) largest = std::max(largest, term.cwiseAbs().maxCoeff());
   if (!(largest > 0.0)) return {alternative, 1.0, 0.0, 0.0, {}};
   std::vector<Eigen::MatrixXd> columns;
+  columns.reserve(terms.size());
   for (const auto& term : terms) columns.push_back(fit.whitener.design(weak.apply(0, term / largest)));
   const Extended extended = extend(fit, covariance, halves, columns);
   const Eigen::Index size = fit.theta.size();
@@ -222,6 +223,7 @@ std::vector<AlternativeTest> test_alternatives(const WeightedFit& fit, const Tri
   for (const Alternative alternative :
        {Alternative::kReflex, Alternative::kHardening, Alternative::kFriction, Alternative::kSlack}) {
     std::vector<Eigen::MatrixXd> terms;
+    terms.reserve(predicted.size());
     for (const Eigen::MatrixXd& x : predicted) terms.push_back(term_of(alternative, x, sample_period));
     tests.push_back(test_one(alternative, fit, covariance, halves, terms, weak));
   }

@@ -31,7 +31,7 @@ bus::Topic<T> with_patience(bus::Topic<T> topic, std::chrono::milliseconds patie
 
 }  // namespace
 
-Result<AgentEndpoints> AgentEndpoints::create(bus::Bus& bus, std::shared_ptr<bus::Notifier> notifier) {
+Result<AgentEndpoints> AgentEndpoints::create(bus::Bus& bus, const std::shared_ptr<bus::Notifier>& notifier) {
   auto trial_commands = bus::TypedReader<v1::TrialCommand>::create(bus, topics::kTrialCommand, notifier);
   if (!trial_commands) return trial_commands.error();
   auto rig_commands = bus::TypedReader<v1::RigCommand>::create(bus, topics::kRigCommand, notifier);
