@@ -374,7 +374,7 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
   }
   measure(traces, report, limits_, axes_of(*rig), measured);
   judge_motion(report.plan, traces.is_hold_timed, measured, limits_, findings);
-  return std::move(findings).verdict(measured, summary(measured, limits_));
+  return std::move(findings).verdict(measured, summary(measured, limits_, report.plan.is_loaded()));
 }
 
 }  // namespace tonus::identification

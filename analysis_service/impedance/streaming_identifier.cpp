@@ -268,17 +268,18 @@ Result<StreamingIdentifier> StreamingIdentifier::create(const Options& options,
   if (auto valid = validate(options, preparation.sample_period); !valid) return valid.error();
   if (options.method != Method::kStateVariable) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("streaming: method is {}, allowed is state_variable", name_of(options.method)));
+                fmt::format("streaming: method: {} is not allowed; expected state_variable",
+                            name_of(options.method)));
   }
   if (options.model != Model::kLinear && options.model != Model::kNoDamping) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("streaming: model is {}, allowed is linear or no_damping", name_of(options.model)));
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("streaming: model: {} is not allowed; expected linear or no_damping",
+                            name_of(options.model)));
   }
   if (!(longest_trial >= options.window) || !(longest_trial <= 3600.0)) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("streaming: longest trial is {} s, allowed is {} to 3600 s", longest_trial,
-                            options.window));
+                fmt::format("streaming: longest trial: {} s is not allowed; expected {} to 3600 s",
+                            longest_trial, options.window));
   }
   return with_sizes(options.model, preparation.axes,
                     [&]<int kSize, int kAxes>() -> Result<StreamingIdentifier> {

@@ -63,9 +63,10 @@ Result<std::optional<Journal::Opened>> SessionFolder::reopen() {
       continue;
     }
     if (found) {
-      return fail(ErrorCode::kDataLoss,
-                  fmt::format("{} and {}: two sessions last, allowed is one; move one away",
-                              found_file.string(), file.string()));
+      return fail(
+          ErrorCode::kDataLoss,
+          fmt::format("{} and {}: two unfinished sessions are not allowed; expected one; move one file away",
+                      found_file.string(), file.string()));
     }
     found = std::move(*opened);
     found_file = file;
