@@ -18,8 +18,8 @@
 #include "analysis_service/impedance/method_bias.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/refined_identification.hpp"
-#include "analysis_service/impedance/student_t.hpp"
 #include "analysis_service/impedance/uncertainty.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 #include "services/core/parallel.hpp"
 
 namespace tonus::certify {
@@ -83,7 +83,7 @@ bool is_right(const impedance::Estimate& estimate, const impedance::CartesianImp
     const double freedom = impedance::uncertainty_of(estimate, matrix).freedom;
     const double wider =
         0.5 *
-        (impedance::student_t_factor(0.999, freedom) / impedance::student_t_factor(0.95, freedom) - 1.0);
+        (statistics::student_t_factor(0.999, freedom) / statistics::student_t_factor(0.95, freedom) - 1.0);
     const Eigen::Array22d low = (estimate.low.*matrix).array();
     const Eigen::Array22d high = (estimate.high.*matrix).array();
     const Eigen::Array22d more = wider * (high - low);

@@ -174,6 +174,7 @@ impedance::Trial simulate_trial(const Truth& truth, const Design& design, const 
 std::vector<impedance::Trial> simulate_condition(const Truth& truth, const Design& design,
                                                  const Setting& setting, std::mt19937_64& random) {
   std::vector<impedance::Trial> trials;
+  trials.reserve(static_cast<std::size_t>(design.trials));
   for (int number = 0; number < design.trials; ++number)
     trials.push_back(simulate_trial(truth, design, setting, target_of(design, number),
                                     static_cast<std::uint32_t>(number + 1), random));

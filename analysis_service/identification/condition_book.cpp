@@ -25,7 +25,7 @@ Result<void> ConditionBook::add_valid(const TrialReport& report, const impedance
     if (page->second.valid.contains(plan.attempt)) return {};
     if (page->second.valid.size() >= settings_.most_trials) {
       return fail(ErrorCode::kUnavailable,
-                  fmt::format("trial {}: its condition has {} trials, allowed is {}", plan.attempt,
+                  fmt::format("trial {}: its condition has {} trials; expected at most {}", plan.attempt,
                               page->second.valid.size(), settings_.most_trials));
     }
   }

@@ -47,8 +47,8 @@ Result<impedance::Trial> trial_from_rows(const TrialFrame& frame, const RigGeome
                                          std::span<const Row> rows, std::size_t onset) {
   if (!(frame.sample_rate > 0.0)) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("trial {}: sample rate {} Hz, allowed is more than 0 Hz", frame.number,
-                            frame.sample_rate));
+                fmt::format("trial {}: sample rate {} Hz is not allowed; expected more than 0 Hz",
+                            frame.number, frame.sample_rate));
   }
   Section used{0, rows.size()};
   if (frame.kind == TrialKind::kPerturbation) {
@@ -61,7 +61,7 @@ Result<impedance::Trial> trial_from_rows(const TrialFrame& frame, const RigGeome
       std::any_of(rows.begin(), rows.end(), [](const Row& row) { return !row.is_missing; });
   if (missing != rows.end() && (frame.kind == TrialKind::kPerturbation || !is_any_there)) {
     return fail(ErrorCode::kDataLoss,
-                fmt::format("trial {}: row {} is missing, allowed is none", frame.number,
+                fmt::format("trial {}: row {} is missing; expected every row", frame.number,
                             used.first + static_cast<std::size_t>(missing - rows.begin())));
   }
   std::vector<Eigen::Vector2d> commanded;

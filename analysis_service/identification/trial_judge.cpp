@@ -219,16 +219,18 @@ void judge_motion(const TrialPlan& plan, bool is_hold_timed, const Measured& m, 
                               kMillimetres * limits.end_speed));
 }
 
-std::string summary(const Measured& m, const JudgeLimits& limits) {
+std::string summary(const Measured& m, const JudgeLimits& limits, bool is_loaded) {
   const std::string start = std::isfinite(m.start_offset)
                                 ? fmt::format("start {:.1f} mm (limit {:.1f})", kMillimetres * m.start_offset,
                                               kMillimetres * limits.start_offset)
                                 : "place not known";
+  // Loaded, the force has the bias' threshold, which is held against another stretch.
+  const std::string force_limit = is_loaded ? "" : fmt::format(" ({:.2f})", limits.rest_force);
   return fmt::format(
-      "valid: {}, rest {:.1f} mm/s ({:.1f}) and {:.2f} N, moved {:.1f} mm "
+      "valid: {}, rest {:.1f} mm/s ({:.1f}) and {:.2f} N{}, moved {:.1f} mm "
       "({:.1f}), "
       "end {:.1f} mm/s ({:.1f})",
-      start, kMillimetres * m.rest_speed, kMillimetres * limits.rest_speed, m.rest_force,
+      start, kMillimetres * m.rest_speed, kMillimetres * limits.rest_speed, m.rest_force, force_limit,
       kMillimetres * m.excursion, kMillimetres * limits.excursion, kMillimetres * m.end_speed,
       kMillimetres * limits.end_speed);
 }
@@ -372,7 +374,7 @@ Verdict TrialJudge::judge(const MeasuredTrial& trial, const RigGeometry* rig) co
   }
   measure(traces, report, limits_, axes_of(*rig), measured);
   judge_motion(report.plan, traces.is_hold_timed, measured, limits_, findings);
-  return std::move(findings).verdict(measured, summary(measured, limits_));
+  return std::move(findings).verdict(measured, summary(measured, limits_, report.plan.is_loaded()));
 }
 
 }  // namespace tonus::identification

@@ -12,9 +12,11 @@ namespace {
 Result<Eigen::Matrix2d> jacobian_at(const ArmModel& arm, const Eigen::Vector2d& position) {
   const TwoLink links = arm.links();
   if (!links.reaches(position)) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("posture: distance from the shoulder is {:.4g} m, allowed is {:.4g} to {:.4g} m",
-                            position.norm(), std::abs(links.l1 - links.l2), links.l1 + links.l2));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "posture: distance from the shoulder: {:.4g} m is not allowed; expected {:.4g} to {:.4g} m",
+            position.norm(), std::abs(links.l1 - links.l2), links.l1 + links.l2));
   }
   return links.jacobian(links.angles_at(position));
 }

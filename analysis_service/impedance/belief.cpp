@@ -3,7 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis_service/impedance/student_t.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 
@@ -24,11 +24,11 @@ Combined combine(const Belief& estimate, const Belief& prior) {
     const double b = rest[i] * rest[i] * before[i];
     const double freedom =
         (a + b) * (a + b) / (a * a / std::max(1.0, estimate.freedom) + b * b / std::max(1.0, prior.freedom));
-    combined.half[i] = student_t_factor(0.95, freedom) * combined.std[i];
+    combined.half[i] = statistics::student_t_factor(0.95, freedom) * combined.std[i];
     combined.belief.freedom = std::min(combined.belief.freedom, freedom);
     const double joint =
-        std::hypot(student_t_factor(0.95, std::max(1.0, estimate.freedom)) * std::sqrt(own[i]),
-                   student_t_factor(0.95, std::max(1.0, prior.freedom)) * std::sqrt(before[i]));
+        std::hypot(statistics::student_t_factor(0.95, std::max(1.0, estimate.freedom)) * std::sqrt(own[i]),
+                   statistics::student_t_factor(0.95, std::max(1.0, prior.freedom)) * std::sqrt(before[i]));
     combined.apart = std::max(combined.apart, std::abs(estimate.value[i] - prior.value[i]) / joint);
   }
   return combined;

@@ -10,16 +10,16 @@ namespace tonus::impedance {
 Result<ConstrainedDamping> constrain(const Estimate& estimate, const AxisMatrix& M, const AxisMatrix& K) {
   const Eigen::Index axes = estimate.axes;
   if (estimate.status == Status::kUndetermined || estimate.model != Model::kLinear) {
+    return fail(ErrorCode::kInvalidArgument, fmt::format("constrained fit: estimate: {} of model {} is not "
+                                                         "allowed; expected a determined one of model linear",
+                                                         name_of(estimate.status), name_of(estimate.model)));
+  }
+  if (M.rows() != axes || M.cols() != axes || K.rows() != axes || K.cols() != axes) {
     return fail(
         ErrorCode::kInvalidArgument,
         fmt::format(
-            "constrained fit: estimate is {} of model {}, allowed is a determined one of model linear",
-            name_of(estimate.status), name_of(estimate.model)));
-  }
-  if (M.rows() != axes || M.cols() != axes || K.rows() != axes || K.cols() != axes) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("constrained fit: M is {} x {}, K is {} x {}, allowed is {} x {}", M.rows(),
-                            M.cols(), K.rows(), K.cols(), axes, axes));
+            "constrained fit: M of {} x {} and K of {} x {} elements are not allowed; expected {} x {}",
+            M.rows(), M.cols(), K.rows(), K.cols(), axes, axes));
   }
   // ||R Theta - Z||^2 with the rows of M and K in Theta held: their part moves to the other side.
   const Information& data = estimate.information;

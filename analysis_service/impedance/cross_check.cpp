@@ -6,8 +6,8 @@
 #include <tuple>
 
 #include "analysis_service/impedance/identification.hpp"
-#include "analysis_service/impedance/student_t.hpp"
 #include "analysis_service/refined/identification.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 
@@ -25,7 +25,7 @@ std::optional<CrossCheck> cross_check(const refined::Estimate& refined, const Es
     for (Eigen::Index i = 0; i < axes; ++i) {
       for (Eigen::Index j = 0; j < axes; ++j) {
         const auto spread = refined.covariance->spread_of(Eigen::VectorXd::Unit(q * axes, i * q + first + j));
-        const double own = student_t_factor(0.95, spread.freedom) * spread.std;
+        const double own = statistics::student_t_factor(0.95, spread.freedom) * spread.std;
         const double other = 0.5 * ((state_variable.high.*matrix)(i, j) - (state_variable.low.*matrix)(i, j));
         const double a = refined.theta(first + j, i);
         const double b = (state_variable.value.*matrix)(i, j);

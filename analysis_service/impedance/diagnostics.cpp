@@ -115,4 +115,10 @@ Diagnosis diagnose(std::span<const Trial* const> trials, const Options& options,
   return diagnosis;
 }
 
+void take_tests(const refined::Estimate& tests, bool is_by_mean_motion, Diagnosis& diagnosis) {
+  diagnosis.model_tests = &tests;
+  diagnosis.is_by_mean_motion = is_by_mean_motion;
+  diagnosis.is_force_shifted = false;  // they have a test of it
+}
+
 }  // namespace tonus::impedance

@@ -20,8 +20,8 @@ struct Diagnosis {
   double misfit = 0.0;  ///< Largest of the channels' (force_lag.hpp), as is the next.
   double misfit_share = 0.0;
   std::optional<CrossCheck> cross_check;  ///< Of two methods; set by identify().
-  /// Tests against model (3) in place of the shift's, and with commands of the misfit's; set by identify()
-  /// where it has them.
+  /// Tests against model (3), which replace that of the shift and, with commands, that of the misfit. Set by
+  /// take_tests().
   const refined::Estimate* model_tests = nullptr;
   bool is_by_mean_motion = false;
   AxisVector force_lag;  ///< s by which each force channel lags; positive: too late. 0 where not examined.
@@ -45,5 +45,9 @@ inline constexpr double kFlatDuration = 0.025;  ///< s that a channel stands at 
 /// at its extreme.
 [[nodiscard]] Diagnosis diagnose(std::span<const Trial* const> trials, const Options& options,
                                  double frequency);
+
+/// The trials were tested against model (3). `tests` outlives the diagnosis; `is_by_mean_motion`: they are
+/// those of tests_by_mean_motion().
+void take_tests(const refined::Estimate& tests, bool is_by_mean_motion, Diagnosis& diagnosis);
 
 }  // namespace tonus::impedance

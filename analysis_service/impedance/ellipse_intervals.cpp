@@ -7,8 +7,7 @@
 #include <numbers>
 
 #include "analysis_service/impedance/ellipse.hpp"
-#include "analysis_service/impedance/student_t.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 namespace {
@@ -18,7 +17,7 @@ constexpr Interval kNone{kUnknown, kUnknown};
 
 double half_width(const SpreadOf& spread_of, const Eigen::Vector4d& weights) {
   const CombinationSpread spread = spread_of(weights);
-  return student_t_factor(0.95, std::max(1.0, spread.freedom)) * spread.std;
+  return statistics::student_t_factor(0.95, std::max(1.0, spread.freedom)) * spread.std;
 }
 
 /// exp of value give or take half.
@@ -35,7 +34,7 @@ bool may_be_circle(const Eigen::Vector2d& apart, const Eigen::Matrix2d& covarian
   const double squares = apart.dot(covariance.ldlt().solve(apart));
   // Hotelling's T2 of two numbers whose covariance has `freedom` degrees of freedom.
   const double below = std::max(1.0, freedom - 1.0);
-  return !(squares * below / (2.0 * std::max(1.0, freedom)) > spectral::fisher_quantile(0.95, 2.0, below));
+  return !(squares * below / (2.0 * std::max(1.0, freedom)) > statistics::fisher_quantile(0.95, 2.0, below));
 }
 
 Interval joined(const Interval& a, const Interval& b) {

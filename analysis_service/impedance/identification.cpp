@@ -30,26 +30,27 @@ Error refuse(const Trial& trial, const std::string& what) {
 
 Result<void> check(const Trial& trial, const Trial& first) {
   if (trial.axes() != 1 && trial.axes() != 2)
-    return refuse(trial, fmt::format("{} axes, allowed is 1 or 2", trial.axes()));
+    return refuse(trial, fmt::format("{} axes are not allowed; expected 1 or 2", trial.axes()));
   if (trial.axes() != first.axes()) {
-    return refuse(trial, fmt::format("{} axes, allowed is {} as in trial {}", trial.axes(), first.axes(),
-                                     first.number));
+    return refuse(trial, fmt::format("{} axes are not allowed; expected {} as in trial {}", trial.axes(),
+                                     first.axes(), first.number));
   }
   if (trial.sample_period != first.sample_period) {
-    return refuse(trial, fmt::format("sample period is {} s, allowed is {} s as in trial {}",
+    return refuse(trial, fmt::format("sample period: {} s is not allowed; expected {} s as in trial {}",
                                      trial.sample_period, first.sample_period, first.number));
   }
   if (trial.force.rows() != trial.samples() || trial.force.cols() != trial.axes()) {
-    return refuse(trial, fmt::format("force has {} x {} values, allowed is {} x {} as the displacement",
-                                     trial.force.rows(), trial.force.cols(), trial.samples(), trial.axes()));
+    return refuse(trial,
+                  fmt::format("force: {} x {} values are not allowed; expected {} x {} as the displacement",
+                              trial.force.rows(), trial.force.cols(), trial.samples(), trial.axes()));
   }
   if (trial.commanded.rows() != 0 && trial.commanded.rows() != trial.samples()) {
-    return refuse(trial, fmt::format("{} commanded values, allowed is 0 or {}", trial.commanded.rows(),
-                                     trial.samples()));
+    return refuse(trial, fmt::format("{} commanded values are not allowed; expected 0 or {}",
+                                     trial.commanded.rows(), trial.samples()));
   }
   if (trial.onset < 0 || (!trial.is_continuous && trial.onset >= trial.samples())) {
-    return refuse(trial,
-                  fmt::format("onset at sample {}, allowed is 0 to {}", trial.onset, trial.samples() - 1));
+    return refuse(trial, fmt::format("onset at sample {} is not allowed; expected 0 to {}", trial.onset,
+                                     trial.samples() - 1));
   }
   return {};
 }
@@ -62,7 +63,7 @@ Result<TrialPointers> in_order(std::span<const Trial> trials) {
   }
   std::ranges::sort(ordered, {}, &Trial::number);
   const auto repeated = std::ranges::adjacent_find(ordered, {}, &Trial::number);
-  if (repeated != ordered.end()) return refuse(**repeated, "the number is there twice, allowed is once");
+  if (repeated != ordered.end()) return refuse(**repeated, "the number occurs twice; expected once");
   return ordered;
 }
 
@@ -320,13 +321,14 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
   }
   Diagnosis diagnosis = known->diagnosis;
   // What a clipped force shows beside its clipping names a wrong cause.
-  if (!failure && !diagnosis.is_force_clipped)
-    diagnosis.model_tests = model_tests_of(trials, options, estimate.method, *known);
-  if (diagnosis.model_tests != nullptr || estimate.method == Method::kRefined)
+  const refined::Estimate* tests = failure || diagnosis.is_force_clipped
+                                       ? nullptr
+                                       : model_tests_of(trials, options, estimate.method, *known);
+  if (tests != nullptr) {
+    take_tests(*tests, known->by_motion && tests == &*known->by_motion, diagnosis);
+    carry_doubts(*tests, estimate);
+  } else if (estimate.method == Method::kRefined) {
     diagnosis.is_force_shifted = false;  // it has a test of its own
-  if (diagnosis.model_tests != nullptr) {
-    diagnosis.is_by_mean_motion = known->by_motion && diagnosis.model_tests == &*known->by_motion;
-    carry_doubts(*diagnosis.model_tests, estimate);
   }
   if (!failure) diagnosis.cross_check = cross_check_of(trials, options, rows, estimate, *known);
   conclude(estimate, failure, diagnosis);

@@ -61,10 +61,10 @@ Result<std::vector<JointMatrices>> joint_matrices(std::span<const PostureImpedan
   std::vector<JointMatrices> joints;
   for (const PostureImpedance& posture : postures) {
     if (!arm.reaches(posture.position)) {
-      return fail(
-          ErrorCode::kInvalidArgument,
-          fmt::format("joint space: posture at {:.4g} m from the shoulder, allowed is {:.4g} to {:.4g} m",
-                      posture.position.norm(), std::abs(arm.l1 - arm.l2), arm.l1 + arm.l2));
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("joint space: posture at {:.4g} m from the shoulder is not allowed; expected "
+                              "{:.4g} to {:.4g} m",
+                              posture.position.norm(), std::abs(arm.l1 - arm.l2), arm.l1 + arm.l2));
     }
     const Eigen::Matrix2d J = arm.jacobian(arm.angles_at(posture.position));
     joints.push_back({to_joints(posture.impedance.M, J), to_joints(posture.impedance.B, J),
@@ -107,9 +107,10 @@ Result<HypothesisFit> fit_hypothesis(std::span<const JointMatrices> postures, Hy
     const Regression& regression = regressions[i];
     const std::size_t count = regression.x.size();
     if (count < 2) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("hypothesis {}: {} elements for constant {}, allowed is 2 or more",
-                              name_of(hypothesis), count, i + 1));
+      return fail(
+          ErrorCode::kInvalidArgument,
+          fmt::format("hypothesis {}: {} elements for constant {} are not allowed; expected 2 or more",
+                      name_of(hypothesis), count, i + 1));
     }
     fit.constants[i] = regression.constant();
     fit.std[i] = std::sqrt(regression.residual() / (static_cast<double>(count - 1) * regression.squares()));

@@ -56,19 +56,20 @@ Result<LinkMasses> fit_link_masses(std::span<const PostureMass> postures, const 
   for (const double length : {size.upper_arm_length, size.forearm_length}) {
     if (!(length > 0.0)) {
       return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("link masses: length is {} m, allowed is more than 0 m", length));
+                  fmt::format("link masses: length: {} m is not allowed; expected more than 0 m", length));
     }
   }
   if (std::ranges::none_of(postures, &PostureMass::is_used)) {
-    return fail(ErrorCode::kInvalidArgument, "link masses: 0 postures to fit, allowed is 1 or more");
+    return fail(ErrorCode::kInvalidArgument,
+                "link masses: 0 postures to fit are not allowed; expected 1 or more");
   }
   for (const PostureMass& posture : postures) {
     if (!arm.links().reaches(posture.position)) {
-      return fail(
-          ErrorCode::kInvalidArgument,
-          fmt::format("link masses: posture at {:.4g} m from the shoulder, allowed is {:.4g} to {:.4g} m",
-                      posture.position.norm(), std::abs(arm.links().l1 - arm.links().l2),
-                      arm.links().l1 + arm.links().l2));
+      return fail(ErrorCode::kInvalidArgument,
+                  fmt::format("link masses: posture at {:.4g} m from the shoulder is not allowed; expected "
+                              "{:.4g} to {:.4g} m",
+                              posture.position.norm(), std::abs(arm.links().l1 - arm.links().l2),
+                              arm.links().l1 + arm.links().l2));
     }
   }
   constexpr int kMostPasses = 50;

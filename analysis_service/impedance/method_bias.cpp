@@ -28,24 +28,24 @@ Parameters fit_of(const std::vector<Trial>& trials, const Options& options, doub
 }
 
 /// By the method's own numbers plus a change.
-EllipseIntervals shifted_intervals(const Estimate& estimate, AxisMatrix Parameters::*matrix,
+EllipseIntervals shifted_intervals(const AxisMatrix& value, const MatrixUncertainty& uncertainty,
                                    const AxisMatrix& change) {
-  const MatrixUncertainty& uncertainty = uncertainty_of(estimate, matrix);
   const Eigen::Matrix4d covariance = uncertainty.covariance;
-  return ellipse_intervals(
-      Eigen::Matrix2d(estimate.value.*matrix + change), covariance, [&](const Eigen::Vector4d& weights) {
-        return CombinationSpread{std::sqrt(weights.dot(covariance * weights)), uncertainty.freedom};
-      });
+  return ellipse_intervals(Eigen::Matrix2d(value + change), covariance, [&](const Eigen::Vector4d& weights) {
+    return CombinationSpread{std::sqrt(weights.dot(covariance * weights)), uncertainty.freedom};
+  });
 }
 
-void widen_one(AxisMatrix Parameters::*matrix, const AxisMatrix& change, MatrixUncertainty& uncertainty,
-               Estimate& estimate) {
+void widen_one(AxisMatrix Parameters::*matrix, const Parameters& by, Estimate& estimate) {
+  const AxisMatrix& change = by.*matrix;
+  MatrixUncertainty& uncertainty = uncertainty_of(estimate, matrix);
   AxisMatrix& low = estimate.low.*matrix;
   AxisMatrix& high = estimate.high.*matrix;
   low = low.cwiseMin(low + change).eval();
   high = high.cwiseMax(high + change).eval();
   if (uncertainty.ellipse)
-    uncertainty.ellipse = hull(*uncertainty.ellipse, shifted_intervals(estimate, matrix, change));
+    uncertainty.ellipse =
+        hull(*uncertainty.ellipse, shifted_intervals(estimate.value.*matrix, uncertainty, change));
 }
 
 }  // namespace
@@ -143,16 +143,14 @@ Parameters without_bias(Parameters value, const Parameters& bias) {
 }
 
 void widen(const Parameters& change, Estimate& estimate) {
-  widen_one(&Parameters::M, change.M, estimate.uncertainty.M, estimate);
-  widen_one(&Parameters::B, change.B, estimate.uncertainty.B, estimate);
-  widen_one(&Parameters::K, change.K, estimate.uncertainty.K, estimate);
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K})
+    widen_one(matrix, change, estimate);
 }
 
 void carry_bias(const Parameters& bias, Estimate& estimate) {
   widen({-bias.M, -bias.B, -bias.K, {}}, estimate);
-  estimate.uncertainty.M.known_bias = bias.M;
-  estimate.uncertainty.B.known_bias = bias.B;
-  estimate.uncertainty.K.known_bias = bias.K;
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K})
+    uncertainty_of(estimate, matrix).known_bias = bias.*matrix;
 }
 
 }  // namespace tonus::impedance

@@ -17,7 +17,7 @@ Result<T> named(std::span<const T> all, std::string_view name, const char* what)
     allowed += (allowed.empty() ? "" : ", ") + std::string(name_of(one));
   }
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{} is '{}', allowed is one of {}", what, name, allowed));
+              fmt::format("{}: '{}' is not allowed; expected one of {}", what, name, allowed));
 }
 
 }  // namespace
@@ -102,7 +102,8 @@ std::vector<Options> by_every_method(const Options& options) {
 
 Result<void> validate(const Options& options, double sample_period) {
   const auto refuse = [](const char* what, double value, const std::string& allowed) {
-    return fail(ErrorCode::kInvalidArgument, fmt::format("{} is {}, allowed is {}", what, value, allowed));
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("{}: {} is not allowed; expected {}", what, value, allowed));
   };
   if (!(sample_period > 0.0)) return refuse("sample period", sample_period, "more than 0 s");
   const double nyquist = 0.5 / sample_period;

@@ -1,7 +1,7 @@
 #include "analysis_service/impedance/pooled_fit.hpp"
 
-#include "analysis_service/impedance/student_t.hpp"
 #include "analysis_service/impedance/uncertainty.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 
@@ -59,7 +59,7 @@ std::optional<Reason> fit_pooled(const std::vector<RecursiveLeastSquares<kSize, 
   const double freedom = static_cast<double>(count - 1);
   const double share = freedom / static_cast<double>(count);
   const Eigen::VectorXd deviation = (share * variance).cwiseSqrt();
-  const double factor = student_t_factor(0.95, freedom);
+  const double factor = statistics::student_t_factor(0.95, freedom);
   estimate.value = value;
   estimate.std = unflatten(deviation, value);
   estimate.low = unflatten(elements - factor * deviation, value);

@@ -4,7 +4,7 @@
 #include <algorithm>
 #include <cmath>
 
-#include "analysis_service/impedance/student_t.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 namespace {
@@ -89,7 +89,7 @@ std::vector<Interval> propagate(std::span<const UncertainPosture> postures, cons
   std::vector<Interval> intervals;
   for (Eigen::Index k = 0; k < middle->size(); ++k) {
     const double freedom = below[k] > 0.0 ? variance[k] * variance[k] / below[k] : 1.0;
-    const double half = student_t_factor(0.95, freedom) * std::sqrt(variance[k]);
+    const double half = statistics::student_t_factor(0.95, freedom) * std::sqrt(variance[k]);
     intervals.push_back(
         {std::min((*middle)[k], (*corrected)[k]) - half, std::max((*middle)[k], (*corrected)[k]) + half});
   }

@@ -12,7 +12,7 @@ Result<AxisVector> reconstruction_error(std::span<const Trial> trials, const Est
                                         const Options& options) {
   if (estimate.status == Status::kUndetermined) {
     return fail(ErrorCode::kInvalidArgument,
-                "reconstruction: the estimate is undetermined, allowed is a determined one");
+                "reconstruction: an undetermined estimate is not allowed; expected a determined one");
   }
   Options lowpass = options;
   lowpass.method = Method::kLowpass;

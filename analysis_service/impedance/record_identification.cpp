@@ -82,9 +82,10 @@ Finding finding_of(const spectral::Check& check, const spectral::Estimate& found
       return {FitTest::kWidth, Reason::kWide,
               fmt::format("a 95 % half-width is {} of its matrix, at most {}", percent(v), percent(limit))};
     case Test::kSymmetry:
-      return {std::nullopt, Reason::kAsymmetricMass,
-              fmt::format("the mass matrix's other elements differ by {} of its largest, at most {}",
-                          percent(v), percent(limit))};
+      return {
+          std::nullopt, Reason::kAsymmetricMass,
+          fmt::format("the off-diagonal elements of the mass matrix differ by {} of its largest, at most {}",
+                      percent(v), percent(limit))};
     case Test::kAtBound:
       return {
           std::nullopt, Reason::kAtBound,

@@ -9,10 +9,10 @@
 #include "analysis_service/impedance/cross_check.hpp"
 #include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/parameters.hpp"
-#include "analysis_service/impedance/student_t.hpp"
 #include "analysis_service/impedance/uncertainty.hpp"
 #include "analysis_service/impedance/verdict.hpp"
 #include "analysis_service/refined/identification.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 namespace {
@@ -56,7 +56,7 @@ void set_numbers(const refined::Estimate& found, Estimate& estimate) {
     for (Eigen::Index i = 0; i < axes; ++i) {
       for (Eigen::Index j = 0; j < axes; ++j) {
         const auto spread = found.covariance->spread_of(Eigen::VectorXd::Unit(q * axes, i * q + first + j));
-        const double half = student_t_factor(0.95, spread.freedom) * spread.std;
+        const double half = statistics::student_t_factor(0.95, spread.freedom) * spread.std;
         (estimate.std.*matrix)(i, j) = spread.std;
         (estimate.low.*matrix)(i, j) = (estimate.value.*matrix)(i, j) - half;
         (estimate.high.*matrix)(i, j) = (estimate.value.*matrix)(i, j) + half;
@@ -67,7 +67,7 @@ void set_numbers(const refined::Estimate& found, Estimate& estimate) {
   set(&Parameters::B, axes);
   set(&Parameters::K, Eigen::Index{2} * axes);
   estimate.std.X0 = found.X0_std;
-  const double factor = student_t_factor(0.95, std::max(1.0, found.X0_freedom));
+  const double factor = statistics::student_t_factor(0.95, std::max(1.0, found.X0_freedom));
   estimate.low.X0 = found.X0 - factor * found.X0_std;
   estimate.high.X0 = found.X0 + factor * found.X0_std;
   estimate.X0_covariance = found.X0_covariance;

@@ -75,21 +75,22 @@ std::optional<StaticPoint> static_point(const Trial& trial, const StaticOptions&
 
 Result<StaticStiffness> static_stiffness(std::span<const Trial> trials, const StaticOptions& options) {
   if (!(options.duration > 0.0) || !(options.speed > 0.0) || !(options.cutoff > 0.0)) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("static stiffness: duration {} s, speed {} m/s, cutoff {} Hz, allowed is more than 0",
-                    options.duration, options.speed, options.cutoff));
+    return fail(ErrorCode::kInvalidArgument, fmt::format("static stiffness: duration {} s, speed {} m/s, "
+                                                         "cutoff {} Hz are not allowed; expected more than 0",
+                                                         options.duration, options.speed, options.cutoff));
   }
   if (trials.empty())
-    return fail(ErrorCode::kInvalidArgument, "static stiffness: 0 trials, allowed is 1 or more");
+    return fail(ErrorCode::kInvalidArgument,
+                "static stiffness: 0 trials are not allowed; expected 1 or more");
   StaticStiffness result;
   for (const Trial& trial : trials) {
     if (trial.axes() != trials.front().axes() || options.cutoff * trial.sample_period >= 0.5) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("static stiffness: trial {} has {} axes at {} s, allowed is {} axes and a "
-                              "cutoff below half the "
-                              "sampling rate",
-                              trial.number, trial.axes(), trial.sample_period, trials.front().axes()));
+      return fail(
+          ErrorCode::kInvalidArgument,
+          fmt::format("static stiffness: trial {}: {} axes at {} s are not allowed; expected {} axes and a "
+                      "cutoff below half the "
+                      "sampling rate",
+                      trial.number, trial.axes(), trial.sample_period, trials.front().axes()));
     }
     if (auto point = static_point(trial, options)) {
       result.points.push_back(std::move(*point));
@@ -128,9 +129,11 @@ Result<Eigen::Vector2d> predicted_spring_centre(const Eigen::Matrix2d& K_unloade
                                                 const Eigen::Vector2d& F_bias) {
   const double determinant = K_unloaded.determinant();
   if (!std::isfinite(determinant) || determinant == 0.0) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("spring centre: determinant of the stiffness is {}, allowed is a regular matrix",
-                            determinant));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "spring centre: determinant of the stiffness: {} is not allowed; expected one that is not 0",
+            determinant));
   }
   return Eigen::Vector2d(-(K_unloaded.inverse() * F_bias));
 }

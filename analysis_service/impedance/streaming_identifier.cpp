@@ -134,12 +134,9 @@ class StreamingIdentifier::Core {
     const double tuned = tuned_natural_frequency(ordered, options_.window, options_.block);
     if (!options_.natural_frequency && tuned > 0.0) natural_frequency_ = tuned;
     diagnosis_ = diagnose(ordered, options_, tuned);
-    model_tests_ = tests_by_mean_motion(ordered, options_);
-    if (model_tests_ && !diagnosis_.is_force_clipped) {
-      diagnosis_.model_tests = &*model_tests_;
-      diagnosis_.is_force_shifted = false;  // as identify() does it
-      diagnosis_.is_by_mean_motion = true;
-    }
+    model_tests_.reset();
+    if (!diagnosis_.is_force_clipped) model_tests_ = tests_by_mean_motion(ordered, options_);
+    if (model_tests_) take_tests(*model_tests_, true, diagnosis_);
     refit();
   }
 
@@ -271,17 +268,18 @@ Result<StreamingIdentifier> StreamingIdentifier::create(const Options& options,
   if (auto valid = validate(options, preparation.sample_period); !valid) return valid.error();
   if (options.method != Method::kStateVariable) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("streaming: method is {}, allowed is state_variable", name_of(options.method)));
+                fmt::format("streaming: method: {} is not allowed; expected state_variable",
+                            name_of(options.method)));
   }
   if (options.model != Model::kLinear && options.model != Model::kNoDamping) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("streaming: model is {}, allowed is linear or no_damping", name_of(options.model)));
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("streaming: model: {} is not allowed; expected linear or no_damping",
+                            name_of(options.model)));
   }
   if (!(longest_trial >= options.window) || !(longest_trial <= 3600.0)) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("streaming: longest trial is {} s, allowed is {} to 3600 s", longest_trial,
-                            options.window));
+                fmt::format("streaming: longest trial: {} s is not allowed; expected {} to 3600 s",
+                            longest_trial, options.window));
   }
   return with_sizes(options.model, preparation.axes,
                     [&]<int kSize, int kAxes>() -> Result<StreamingIdentifier> {

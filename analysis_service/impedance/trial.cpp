@@ -24,7 +24,7 @@ Result<void> check_samples(std::span<const EndpointSample> samples, const Prepar
     const double expected = static_cast<double>(k - before) * preparation.sample_period;
     if (std::abs(step - expected) > 0.5 * preparation.sample_period) {
       return fail(ErrorCode::kDataLoss,
-                  fmt::format("trial: sample {} comes {} s after the one before it, allowed is {} s", k, step,
+                  fmt::format("trial: sample {} comes {} s after the one before it; expected {} s", k, step,
                               expected));
     }
   }
@@ -75,10 +75,12 @@ void centre_present(Signals& signals, const std::vector<bool>& is_missing, bool 
 Result<void> check_shapes(std::span<const EndpointSample> samples, const Preparation& preparation,
                           std::span<const Eigen::Vector2d> commanded) {
   if (auto valid = validate(preparation); !valid) return valid;
-  if (samples.empty()) return fail(ErrorCode::kInvalidArgument, "trial: 0 samples, allowed is 1 or more");
+  if (samples.empty())
+    return fail(ErrorCode::kInvalidArgument, "trial: 0 samples are not allowed; expected 1 or more");
   if (!commanded.empty() && commanded.size() != samples.size()) {
-    return fail(ErrorCode::kInvalidArgument, fmt::format("trial: {} commanded values, allowed is 0 or {}",
-                                                         commanded.size(), samples.size()));
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("trial: {} commanded values are not allowed; expected 0 or {}", commanded.size(),
+                            samples.size()));
   }
   return {};
 }
@@ -88,7 +90,7 @@ Result<void> check_shapes(std::span<const EndpointSample> samples, const Prepara
 Result<void> validate(const Preparation& preparation) {
   const auto refuse = [](const char* what, double value, const char* allowed) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("preparation: {} is {}, allowed is {}", what, value, allowed));
+                fmt::format("preparation: {}: {} is not allowed; expected {}", what, value, allowed));
   };
   if (preparation.axes != 1 && preparation.axes != 2) return refuse("axes", preparation.axes, "1 or 2");
   if (!(preparation.sample_period > 0.0) || !std::isfinite(preparation.sample_period)) {
@@ -126,7 +128,8 @@ Result<Trial> prepare_trial(std::uint32_t number, std::span<const EndpointSample
   const auto rows = static_cast<Eigen::Index>(samples.size());
   if (onset < 1 || onset >= rows) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("trial {}: onset at sample {}, allowed is 1 to {}", number, onset, rows - 1));
+                fmt::format("trial {}: onset at sample {} is not allowed; expected 1 to {}", number, onset,
+                            rows - 1));
   }
   const auto longest = static_cast<Eigen::Index>(std::llround(preparation.rest / preparation.sample_period));
   const auto skipped = static_cast<std::size_t>(std::max<Eigen::Index>(0, onset - longest));

@@ -7,7 +7,8 @@
 namespace tonus::impedance {
 namespace {
 
-MatrixUncertainty& entry(Estimate& estimate, AxisMatrix Parameters::*matrix) {
+template <typename E>
+auto& entry(E& estimate, AxisMatrix Parameters::*matrix) {
   if (matrix == &Parameters::M) return estimate.uncertainty.M;
   return matrix == &Parameters::B ? estimate.uncertainty.B : estimate.uncertainty.K;
 }
@@ -16,7 +17,7 @@ MatrixUncertainty& entry(Estimate& estimate, AxisMatrix Parameters::*matrix) {
 
 void set_uncertainty(AxisMatrix Parameters::*matrix, const Eigen::MatrixXd& covariance,
                      const SpreadOf& spread_of, double freedom, Estimate& estimate) {
-  MatrixUncertainty& uncertainty = entry(estimate, matrix);
+  MatrixUncertainty& uncertainty = uncertainty_of(estimate, matrix);
   uncertainty.covariance = covariance;
   uncertainty.freedom = freedom;
   uncertainty.ellipse.reset();
@@ -51,9 +52,12 @@ void set_uncertainty_of_theta(const Eigen::MatrixXd& covariance, const ThetaSpre
   set(&Parameters::K, q - 1 - axes);
 }
 
+MatrixUncertainty& uncertainty_of(Estimate& estimate, AxisMatrix Parameters::*matrix) {
+  return entry(estimate, matrix);
+}
+
 const MatrixUncertainty& uncertainty_of(const Estimate& estimate, AxisMatrix Parameters::*matrix) {
-  if (matrix == &Parameters::M) return estimate.uncertainty.M;
-  return matrix == &Parameters::B ? estimate.uncertainty.B : estimate.uncertainty.K;
+  return entry(estimate, matrix);
 }
 
 }  // namespace tonus::impedance

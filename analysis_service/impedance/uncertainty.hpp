@@ -20,6 +20,7 @@ void set_uncertainty(AxisMatrix Parameters::*matrix, const Eigen::MatrixXd& cova
                      const SpreadOf& spread_of, double freedom, Estimate& estimate);
 
 /// By matrix.
+[[nodiscard]] MatrixUncertainty& uncertainty_of(Estimate& estimate, AxisMatrix Parameters::*matrix);
 [[nodiscard]] const MatrixUncertainty& uncertainty_of(const Estimate& estimate,
                                                       AxisMatrix Parameters::*matrix);
 

@@ -7,7 +7,7 @@
 #include "analysis_service/impedance/ellipse.hpp"
 #include "analysis_service/impedance/force_lag.hpp"
 #include "analysis_service/impedance/model_tests.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::impedance {
 namespace {
@@ -15,7 +15,7 @@ namespace {
 constexpr double kMostMisfit = 3.0;  // of the mean response, in what the trials' own scatter makes of it
 constexpr double kMostMisfitShare = 0.02;  // of the mean response's force
 constexpr double kSymmetryLevel = 1e-4;    // one-sided
-constexpr double kMostAsymmetry = 0.04;    // of the largest mass, between the other elements
+constexpr double kMostAsymmetry = 0.04;    // of the largest mass, between the off-diagonal elements
 
 bool is_positive_definite(const AxisMatrix& Z) {
   return Z.rows() == 1 ? Z(0, 0) > 0.0 : not_an_ellipse(Eigen::Matrix2d(Z)) == "ok";
@@ -41,13 +41,14 @@ void check_symmetry(Estimate& estimate) {
   const double largest = estimate.value.M.cwiseAbs().maxCoeff();
   const double half = 0.5 * (estimate.high.M - estimate.low.M).maxCoeff();
   const double strict =
-      spectral::student_t_quantile(1.0 - kSymmetryLevel, static_cast<double>(estimate.units - 1)) * deviation;
+      statistics::student_t_quantile(1.0 - kSymmetryLevel, static_cast<double>(estimate.units - 1)) *
+      deviation;
   const double limit = std::max({strict, kMostAsymmetry * largest, half});
   if (difference <= limit) return;
   estimate.reasons.push_back(Reason::kAsymmetricMass);
-  estimate.details[Reason::kAsymmetricMass] =
-      fmt::format("the mass matrix's other elements differ by {:.3g} % of its largest, at most {:.3g} %",
-                  100.0 * difference / largest, 100.0 * limit / largest);
+  estimate.details[Reason::kAsymmetricMass] = fmt::format(
+      "the off-diagonal elements of the mass matrix differ by {:.3g} % of its largest, at most {:.3g} %",
+      100.0 * difference / largest, 100.0 * limit / largest);
 }
 
 void check_fit(Estimate& estimate, const Diagnosis& diagnosis) {

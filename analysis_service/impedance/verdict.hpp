@@ -18,9 +18,9 @@ void add_check(FitTest test, double value, double limit, bool is_passed, Reason 
 
 /// Sets status and reasons. An estimate that has no checks yet gets those of the published methods: explained
 /// share, units, and, where they were examined, the lag of the force and what the model leaves of the mean
-/// response. A mass matrix whose other elements differ by more than their interval is suspect. A `failure`
-/// means undetermined: all numbers are emptied. Otherwise a defect of the data, or a stiffness, mass or (in
-/// model (3)) damping whose symmetric part is not positive definite, is suspect.
+/// response. A mass matrix whose off-diagonal elements differ by more than their interval is suspect. A
+/// `failure` means undetermined: all numbers are emptied. Otherwise a defect of the data, or a stiffness,
+/// mass or (in model (3)) damping whose symmetric part is not positive definite, is suspect.
 void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis& diagnosis);
 
 }  // namespace tonus::impedance

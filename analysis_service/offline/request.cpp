@@ -50,8 +50,7 @@ Result<std::vector<impedance::Options>> analyses_of(const Request& request) {
 Result<std::vector<OfflineEstimate>> identify_archived(store::Store& store, const std::string& wanted,
                                                        const std::vector<impedance::Options>& analyses,
                                                        const JudgeChoice& judge) {
-  TONUS_TRY_ASSIGN(const auto record, store::find_session(store, wanted));
-  TONUS_TRY_ASSIGN(const auto session, store::read_session(store, record.session));
+  TONUS_TRY_ASSIGN(const auto session, store::read_found_session(store, wanted));
   TONUS_TRY(check_settings(session, analyses));
   return identify_session(store, session, analyses, judge);
 }

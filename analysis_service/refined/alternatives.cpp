@@ -2,13 +2,11 @@
 
 #include <Eigen/Dense>
 #include <algorithm>
-#include <boost/math/distributions/chi_squared.hpp>
-#include <boost/math/distributions/fisher_f.hpp>
 #include <cmath>
 #include <limits>
 #include <utility>
 
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::refined {
 namespace {
@@ -19,13 +17,13 @@ constexpr double kNear = 0.1;  // Of the largest displacement, at which a slack 
 
 double chance_beyond(double squares, double freedom) {
   if (!std::isfinite(squares) || !(freedom > 0.0)) return 1.0;
-  return boost::math::cdf(boost::math::complement(boost::math::chi_squared(freedom), std::max(0.0, squares)));
+  return statistics::chi_squared_tail(std::max(0.0, squares), freedom);
 }
 
 /// Of Fisher's F.
 double chance_beyond_ratio(double ratio, double above, double below) {
   if (!std::isfinite(ratio)) return 0.0;
-  return boost::math::cdf(boost::math::complement(boost::math::fisher_f(above, below), std::max(0.0, ratio)));
+  return statistics::fisher_tail(std::max(0.0, ratio), above, below);
 }
 
 Eigen::MatrixXd rate_of(const Eigen::MatrixXd& x, double sample_period) {
@@ -77,7 +75,7 @@ Eigen::VectorXd half_widths(const WeightedFit& fit, const TrialCovariance& covar
   for (Eigen::Index i = 0; i < size; ++i) {
     if (i % q == q - 1) continue;
     const Spread spread = covariance.spread_of(Eigen::VectorXd::Unit(size, i));
-    halves[i] = spectral::student_t_quantile(0.975, spread.freedom) * spread.std;
+    halves[i] = statistics::student_t_quantile(0.975, spread.freedom) * spread.std;
   }
   return halves;
 }
@@ -128,6 +126,7 @@ AlternativeTest test_one(Alternative alternative, const WeightedFit& fit, const 
   for (const auto& term : terms) largest = std::max(largest, term.cwiseAbs().maxCoeff());
   if (!(largest > 0.0)) return {alternative, 1.0, 0.0, 0.0, {}};
   std::vector<Eigen::MatrixXd> columns;
+  columns.reserve(terms.size());
   for (const auto& term : terms) columns.push_back(fit.whitener.design(weak.apply(0, term / largest)));
   const Extended extended = extend(fit, covariance, halves, columns);
   const Eigen::Index size = fit.theta.size();
@@ -224,6 +223,7 @@ std::vector<AlternativeTest> test_alternatives(const WeightedFit& fit, const Tri
   for (const Alternative alternative :
        {Alternative::kReflex, Alternative::kHardening, Alternative::kFriction, Alternative::kSlack}) {
     std::vector<Eigen::MatrixXd> terms;
+    terms.reserve(predicted.size());
     for (const Eigen::MatrixXd& x : predicted) terms.push_back(term_of(alternative, x, sample_period));
     tests.push_back(test_one(alternative, fit, covariance, halves, terms, weak));
   }

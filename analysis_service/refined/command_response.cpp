@@ -31,7 +31,7 @@ class OutputError {
     if (measured.of_axis.empty()) return;  // nothing to fit, only to respond to
     const Eigen::Index rows = measured.shape.size();
     target_.resize(rows, kElements);
-    for (int b = 0; b < kAxes; ++b) {
+    for (Eigen::Index b = 0; b < kAxes; ++b) {
       const auto& response = measured.of_axis[static_cast<std::size_t>(b)];
       target_.middleCols(b * kAxes, kAxes) = response;
     }
@@ -88,7 +88,7 @@ class OutputError {
     const Matrix G = p.template segment<kElements>(2 * kElements).reshaped(kAxes, kAxes);
     const double delay = p[kUnknowns - 1] / measured_.sample_period;
     std::vector<AxisMotion> all;
-    for (int b = 0; b < kAxes; ++b) {
+    for (Eigen::Index b = 0; b < kAxes; ++b) {
       AxisMotion one{place.middleCols(b * kAxes, kAxes), rate.middleCols(b * kAxes, kAxes), {}};
       one.a.resize(place.rows(), kAxes);
       for (Eigen::Index k = 0; k < place.rows(); ++k) {
@@ -115,7 +115,7 @@ class OutputError {
     const Eigen::VectorXd s = weak.apply(0, measured_.shape);
     Eigen::MatrixXd left = Eigen::MatrixXd::Zero(n * kAxes, 3 * kAxes);
     Eigen::MatrixXd right(n * kAxes, kAxes);
-    for (int b = 0; b < kAxes; ++b) {
+    for (Eigen::Index b = 0; b < kAxes; ++b) {
       const Eigen::MatrixXd x = target_.middleCols(b * kAxes, kAxes);
       left.block(b * n, 0, n, kAxes) = -weak.apply(2, x);
       left.block(b * n, kAxes, n, kAxes) = -weak.apply(1, x);
@@ -124,7 +124,7 @@ class OutputError {
     }
     const Eigen::MatrixXd C = left.colPivHouseholderQr().solve(right);
     Unknowns p = Unknowns::Zero();
-    for (int i = 0; i < 3; ++i)
+    for (Eigen::Index i = 0; i < 3; ++i)
       p.template segment<kElements>(i * kElements) =
           Matrix(C.middleRows(i * kAxes, kAxes).transpose()).reshaped();
     return p;
@@ -229,7 +229,7 @@ CommandResponse fit(const MeanResponse& measured) {
   }
   if (!best) return found;
   const Eigen::MatrixXd response = problem.response(*best);
-  for (int b = 0; b < kAxes; ++b) found.of_axis.emplace_back(response.middleCols(b * kAxes, kAxes));
+  for (Eigen::Index b = 0; b < kAxes; ++b) found.of_axis.emplace_back(response.middleCols(b * kAxes, kAxes));
   found.unexplained = least / whole;
   found.unknowns = *best;
   found.is_found = true;

@@ -11,7 +11,7 @@ bool is_of_numbers(const std::string& cell) {
 }
 
 std::string csv_cell(const std::string& given) {
-  const std::string text = is_of_numbers(given) ? given : as_cell(shown(given));
+  std::string text = is_of_numbers(given) ? given : as_cell(shown(given));
   if (text.find_first_of(",\"\n") == std::string::npos) return text;
   std::string quoted = "\"";
   for (const char c : text) quoted += c == '"' ? std::string("\"\"") : std::string(1, c);

@@ -11,7 +11,6 @@ namespace tonus::report {
 namespace {
 
 using impedance::Hypothesis;
-using impedance::Method;
 using impedance::Model;
 
 constexpr const char* kNone = "–";

@@ -5,7 +5,7 @@
 #include <cmath>
 #include <vector>
 
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::spectral {
 namespace {
@@ -123,7 +123,7 @@ HalvesDifference halves_of(const SegmentFit<N>& fit, bool is_middle_against_ends
                                      .head(kImpedance);
   const double grown = fit.all.segments * (1.0 / half[0].segments + 1.0 / half[1].segments);
   const auto f_limit = [&](double probability, double count, double below) {
-    return fisher_quantile(probability, count, std::max(1.0, below));
+    return statistics::fisher_quantile(probability, count, std::max(1.0, below));
   };
   if (freedom >= 3.0) {
     const Eigen::MatrixXd covariance = grown * fit.covariance.topLeftCorner(kImpedance, kImpedance);
@@ -132,11 +132,11 @@ HalvesDifference halves_of(const SegmentFit<N>& fit, bool is_middle_against_ends
     difference.threshold =
         std::sqrt(f_limit(0.999, kImpedance, freedom) / f_limit(0.95, kImpedance, freedom));
   } else {  // too few blocks for a joint statement: the worst element, by Bonferroni
-    const double t95 = student_t_quantile(1.0 - 0.025 / kImpedance, m - 1);
+    const double t95 = statistics::student_t_quantile(1.0 - 0.025 / kImpedance, m - 1);
     for (int i = 0; i < kImpedance; ++i)
       difference.value =
           std::max(difference.value, std::abs(shift[i]) / std::sqrt(grown * fit.covariance(i, i)) / t95);
-    difference.threshold = student_t_quantile(1.0 - 0.0005 / kImpedance, m - 1) / t95;
+    difference.threshold = statistics::student_t_quantile(1.0 - 0.0005 / kImpedance, m - 1) / t95;
   }
   for (int i = 0; i < kImpedance; ++i)
     difference.effect = std::max(difference.effect, std::abs(shift[i]) / fit.largest_beside(i));

@@ -11,7 +11,7 @@
 #include "analysis_service/spectral/band_misfit.hpp"
 #include "analysis_service/spectral/judgement.hpp"
 #include "analysis_service/spectral/segment_fit.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::spectral {
 namespace {
@@ -98,7 +98,7 @@ void set_numbers(const Candidate<N>& chosen, const Eigen::VectorXd& least_varian
   estimate.K_error = matrix(error, 2);
   estimate.lag = value.tail(N) + fit.lead;
   estimate.lag_error = error.tail(N);
-  estimate.t95 = student_t_quantile(0.975, fit.blocks() - 1);
+  estimate.t95 = statistics::student_t_quantile(0.975, fit.blocks() - 1);
   estimate.band_low = fit.w[0] / (2.0 * std::numbers::pi);
   estimate.band_high = fit.w[fit.w.size() - 1] / (2.0 * std::numbers::pi);
   estimate.segments = fit.segments.size();

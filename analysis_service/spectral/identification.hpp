@@ -28,8 +28,8 @@ enum class Test : std::uint8_t {
   kHeldSamples,  ///< Share of samples that repeat or only join others, at most.
   kSteadiness,   ///< sqrt of the blocks' scatter over what the noise explains, at most.
   kWidth,        ///< Largest 95 % half-width relative to its matrix, at most.
-  kSymmetry,     ///< Two axes: difference of the mass matrix's other elements over its largest, at most.
-  kAtBound,      ///< Reflex: s from its delay to the nearer end of what is searched, at least.
+  kSymmetry,  ///< Two axes: difference of the mass matrix's off-diagonal elements over its largest, at most.
+  kAtBound,   ///< Reflex: s from its delay to the nearer end of what is searched, at least.
 };
 
 struct Check {

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "analysis_service/spectral/sample_defects.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::spectral {
 namespace {
@@ -114,7 +114,7 @@ class Judge {
   }
 
   [[nodiscard]] double t_at(double level, double comparisons) const {
-    return student_t_quantile(1.0 - level / comparisons, estimate_.blocks - 1);
+    return statistics::student_t_quantile(1.0 - level / comparisons, estimate_.blocks - 1);
   }
 
   /// How far a change (relative to the largest element) of this t is over what is both significant and

@@ -9,7 +9,7 @@
 #include <numbers>
 
 #include "analysis_service/spectral/activity.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 
 namespace tonus::spectral {
 namespace {
@@ -257,7 +257,7 @@ void set_covariance(SegmentFit<N>& fit) {
       fit.variation = std::max(fit.variation, jackknife / curvature);
   }
   fit.covariance = fit.covariance.cwiseProduct(grown * grown.transpose()).eval();
-  const double t = student_t_quantile(0.975, m - 1);
+  const double t = statistics::student_t_quantile(0.975, m - 1);
   fit.relative_width.resize(Model::kImpedance);
   fit.score = 0.0;
   for (int i = 0; i < Model::kImpedance; ++i) {

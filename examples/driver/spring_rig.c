@@ -117,7 +117,7 @@ static void* create(const char* options, char* error, size_t error_size) {
     if (!good ||
         !(r->stiffness >= 0.0 && r->stiffness <= 5000.0 && r->damping >= 0.0 && r->damping <= 500.0)) {
       snprintf(error, error_size,
-               "option is %s, allowed are stiffness=0..5000 (N/m) and damping=0..500 (N s/m)", word);
+               "option: %s is not allowed; expected stiffness=0..5000 (N/m) and damping=0..500 (N s/m)", word);
       free(r);
       return NULL;
     }
@@ -136,7 +136,7 @@ static void destroy(void* self) {
 static int configure(void* self, double period, char* error, size_t error_size) {
   rig* r = self;
   if (!(period >= 1e-5 && period <= 0.01))
-    return refuse(error, error_size, "period is refused, allowed is 0.00001 s to 0.01 s");
+    return refuse(error, error_size, "period: not allowed; expected 0.00001 s to 0.01 s");
   r->period = period;
   return 0;
 }

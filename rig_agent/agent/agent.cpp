@@ -31,7 +31,7 @@ bus::Topic<T> with_patience(bus::Topic<T> topic, std::chrono::milliseconds patie
 
 }  // namespace
 
-Result<AgentEndpoints> AgentEndpoints::create(bus::Bus& bus, std::shared_ptr<bus::Notifier> notifier) {
+Result<AgentEndpoints> AgentEndpoints::create(bus::Bus& bus, const std::shared_ptr<bus::Notifier>& notifier) {
   auto trial_commands = bus::TypedReader<v1::TrialCommand>::create(bus, topics::kTrialCommand, notifier);
   if (!trial_commands) return trial_commands.error();
   auto rig_commands = bus::TypedReader<v1::RigCommand>::create(bus, topics::kRigCommand, notifier);
@@ -97,7 +97,7 @@ void Agent::start(const v1::RigDescription& description) {
   report_broken(*log_.broken());
 }
 
-// Of a trial without a sample that was kept nothing can be said but that it was not run.
+// Where no sample of the trial was kept, nothing shows that it ran.
 void Agent::report_broken(const BrokenTrial& broken) {
   const auto last = spool_.last_sequence(broken.epoch);
   if (!last || *last < broken.first_sequence)
@@ -111,7 +111,7 @@ void Agent::report_broken(const BrokenTrial& broken) {
   end_trial(outcome);
 }
 
-// An outcome that is not on disk would be another one after the agent's death.
+// An outcome that was published before it was on disk could change when the agent dies.
 void Agent::end_trial(const v1::TrialOutcome& outcome) {
   const auto logged = log_.ended(outcome);
   note_logged(logged);

@@ -36,7 +36,8 @@ struct AgentEndpoints {
   bus::TypedWriter<v1::RigDescription> description;
   bus::TypedWriter<v1::RigState> state;
 
-  [[nodiscard]] static Result<AgentEndpoints> create(bus::Bus& bus, std::shared_ptr<bus::Notifier> notifier);
+  [[nodiscard]] static Result<AgentEndpoints> create(bus::Bus& bus,
+                                                     const std::shared_ptr<bus::Notifier>& notifier);
 };
 
 struct AgentOptions {

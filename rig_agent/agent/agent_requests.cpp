@@ -20,6 +20,8 @@ constexpr std::size_t kMostPendingReplies = control::RigLoop::kCommandCapacity;
 /// Stops are not held up by other requests: room of their own for their confirmations.
 constexpr std::size_t kMostPendingStops = kMostPendingReplies + 256;
 
+constexpr const char* kTooManyWait = "too many requests wait for an answer; ask again";
+
 }  // namespace
 
 bool Agent::has_too_many_pending() const { return pending_replies_.size() >= kMostPendingReplies; }
@@ -90,7 +92,7 @@ void Agent::post(control::CommandKind kind, PendingReply pending) {
   order.request = pending.request;
   order.kind = kind;
   if (has_too_many_pending()) {
-    answer(pending, false, "too many requests wait for an answer; ask again");
+    answer(pending, false, kTooManyWait);
   } else if (!loop_.post(order)) {
     answer(pending, false, "the loop's queue of commands is full; ask again");
   } else {
@@ -108,14 +110,11 @@ void Agent::clear_fault(const v1::RigCommand& command, PendingReply pending) {
   }
   pending.clears_hold = latch_.number();
   spdlog::info("hold {} is to be cleared by {}", latch_.number(), command.requested_by());
-  if (is_being_cleared()) {  // a second order could clear what has happened after the first
-    pending.request = 0;
-    if (has_too_many_pending())
-      return answer(pending, false, "too many requests wait for an answer; ask again");
-    pending_replies_.push_back(std::move(pending));
-  } else {
-    post(control::CommandKind::kClearFaults, std::move(pending));
-  }
+  if (!is_being_cleared()) return post(control::CommandKind::kClearFaults, std::move(pending));
+  // A second order could clear what has happened after the first: this one waits for its answer.
+  if (has_too_many_pending()) return answer(pending, false, kTooManyWait);
+  pending.request = 0;
+  pending_replies_.push_back(std::move(pending));
 }
 
 bool Agent::is_being_cleared() const {

@@ -32,7 +32,9 @@ Eigen::Vector2d joint_angles(const RigGeometry& geometry, const calibration::Res
 /// A check of the command line: empty, or what is wrong.
 std::string is_short_name(const std::string& name) {
   constexpr std::size_t kLongest = calibration::Calibration::kLongestName;
-  return name.size() <= kLongest ? "" : fmt::format("{} bytes long, allowed are {}", name.size(), kLongest);
+  return name.size() <= kLongest
+             ? ""
+             : fmt::format("{} bytes are not allowed; expected at most {}", name.size(), kLongest);
 }
 
 std::string matrix_text(const Eigen::Matrix2d& m) {
@@ -64,9 +66,10 @@ Result<std::string> find_zero(Rig& rig, const RigFolder& folder, const Calibrate
   } else {
     const Eigen::Vector2d place(options.place[0], options.place[1]);
     if (!geometry.links.reaches(place)) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("--at-m is {} {}, allowed is a place that the links of {} m and {} m reach",
-                              place.x(), place.y(), geometry.links.l1, geometry.links.l2));
+      return fail(
+          ErrorCode::kInvalidArgument,
+          fmt::format("--at-m: {} {} is not allowed; expected a place that the links of {} m and {} m reach",
+                      place.x(), place.y(), geometry.links.l1, geometry.links.l2));
     }
     angles = geometry.links.angles_at(place);
   }
@@ -141,7 +144,7 @@ Result<std::string> check_spring(Rig& rig, const RigFolder& folder, const Calibr
                   matrix_text(fit->stiffness), fit->residual);
   if (std::abs(check.deviation_percent()) <= options.tolerance_percent) return line;
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("{}; allowed are {} %", line, options.tolerance_percent));
+              fmt::format("{}; expected at most {} %", line, options.tolerance_percent));
 }
 
 void add_calibrate_command(CLI::App& app, CalibrateOptions& options, CalibrationStep& chosen) {

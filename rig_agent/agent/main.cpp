@@ -135,7 +135,7 @@ Result<void> run(const runtime::CommonOptions& common, const rig::RigOptions& ri
               "rig '{}': {} driver, {}", common.rig, rig->names().driver, loop_thread.statement());
   TONUS_TRY(service->begin({loop_thread.statement(), loop_thread.refusal(), loop_thread.pacer()}));
 
-  const auto ended = runtime::run_loop_until_error(
+  auto ended = runtime::run_loop_until_error(
       *notifier, stop, [&] { return service->step(watchdog ? watchdog->problem() : ""); });
   if (watchdog) watchdog->set_powered(false);
   if (!loop_thread.stop()) {

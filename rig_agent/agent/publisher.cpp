@@ -7,14 +7,9 @@
 #include "idl/bounds.hpp"
 #include "rig_agent/agent/wire.hpp"
 #include "services/bus/typed.hpp"
+#include "services/contract/block_bounds.hpp"
 
 namespace tonus::rig {
-
-namespace {
-
-constexpr std::size_t kMostValues = 14000;  // as idl/rig.idl bounds AuxiliaryBlock
-
-}  // namespace
 
 Publisher::Publisher(const Options& options, Spool& spool, std::unique_ptr<bus::Writer> samples,
                      std::unique_ptr<bus::Writer> auxiliary, const Clock& clock)
@@ -24,7 +19,8 @@ Publisher::Publisher(const Options& options, Spool& spool, std::unique_ptr<bus::
       auxiliary_(std::move(auxiliary)),
       clock_(clock) {
   if (options_.auxiliary_values > 0)
-    options_.block_samples = std::min(options_.block_samples, kMostValues / options_.auxiliary_values);
+    options_.block_samples =
+        std::min(options_.block_samples, contract::kMostAuxiliaryValues / options_.auxiliary_values);
   block_.rig_id(options_.rig);
   block_.epoch(options_.epoch);
   block_.samples().reserve(options_.block_samples);

@@ -29,7 +29,7 @@ Result<simulation::Profile> profile_of(const RigOptions& options) {
 
 Error missing_driver_file(const char* driver, const char* what) {
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("--driver {}: --driver-file is missing, {} is needed", driver, what));
+              fmt::format("--driver {}: --driver-file is missing; expected {}", driver, what));
 }
 
 }  // namespace
@@ -104,7 +104,7 @@ Result<Rig> Rig::create(const RigOptions& options, const std::string& name,
   if (auto configured = rig.driver_->configure(1.0 / config->rate); !configured) return configured.error();
   if (!options.is_paced() && !rig.driver_->capabilities().has_own_clock) {
     return fail(ErrorCode::kInvalidArgument,
-                "--speed is max, allowed is real: this driver's clock is not its own");
+                "--speed: max is not allowed; expected real: this driver's clock is not its own");
   }
   if (options.resumes_unattended && !rig.driver_->capabilities().moves_nothing_real) {
     return fail(
@@ -191,7 +191,7 @@ Result<control::LoopConfig> Rig::open_comedi(const RigOptions&) {
 Result<control::LoopConfig> Rig::open_replay(const RigOptions& options) {
   if (options.dataset.empty()) {
     return fail(ErrorCode::kInvalidArgument,
-                "--driver replay: --dataset is missing, a BIDS dataset is needed");
+                "--driver replay: --dataset is missing; expected a BIDS dataset");
   }
   TONUS_TRY_ASSIGN(auto usable, recording::read_usable(options.dataset));
   TONUS_TRY(recording::keep_what_counts(usable));

@@ -38,7 +38,7 @@ std::string state_line(const std::string& state, const std::string& refusal) {
 }  // namespace
 
 Result<std::unique_ptr<RigService>> RigService::create(bus::Bus& bus, std::unique_ptr<bus::Bus> safety_bus,
-                                                       std::shared_ptr<bus::Notifier> notifier,
+                                                       const std::shared_ptr<bus::Notifier>& notifier,
                                                        runtime::HealthReporter health,
                                                        const RigServiceParts& parts,
                                                        const RigServiceOptions& options) {

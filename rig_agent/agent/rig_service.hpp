@@ -36,7 +36,7 @@ class RigService {
   /// `safety_bus` is not shared with anything else; `notifier` is that of the thread that calls step(). The
   /// epoch is the time of this call.
   [[nodiscard]] static Result<std::unique_ptr<RigService>> create(
-      bus::Bus& bus, std::unique_ptr<bus::Bus> safety_bus, std::shared_ptr<bus::Notifier> notifier,
+      bus::Bus& bus, std::unique_ptr<bus::Bus> safety_bus, const std::shared_ptr<bus::Notifier>& notifier,
       runtime::HealthReporter health, const RigServiceParts& parts, const RigServiceOptions& options);
 
   /// How the loop is run, as its report and the health have it.

@@ -18,8 +18,6 @@
 #include "services/core/file_descriptor.hpp"
 #include "services/core/installation.hpp"
 
-extern char** environ;
-
 namespace tonus::rig {
 namespace {
 
@@ -33,8 +31,11 @@ Error unavailable(const char* what, int error) {
 
 std::string program() { return (installation().helpers / "tonus-rig-watchdog").string(); }
 
+/// Not by core/process: such a child ends with the thread that started it, and this one is there for the
+/// agent that was killed.
 Result<pid_t> spawn(std::vector<std::string> arguments, int page) {
   std::vector<char*> argv;
+  argv.reserve(arguments.size() + 1);
   for (auto& argument : arguments) argv.push_back(argument.data());
   argv.push_back(nullptr);
   posix_spawn_file_actions_t actions;
@@ -60,6 +61,7 @@ Result<std::unique_ptr<WatchdogProcess>> WatchdogProcess::start(const WatchdogOp
   if (!page.is_open() || ftruncate(page.get(), sizeof(control::Pulse)) != 0)
     return unavailable("no shared page", errno);
   void* memory = mmap(nullptr, sizeof(control::Pulse), PROT_READ | PROT_WRITE, MAP_SHARED, page.get(), 0);
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the system's macro
   if (memory == MAP_FAILED) return unavailable("no shared page", errno);
   auto* pulse = new (memory) control::Pulse{};
   auto process =

@@ -32,8 +32,8 @@ class Checks {
  private:
   void refuse(const std::string& field, double value, const std::string& allowed) {
     if (!result_) return;
-    result_ = fail(ErrorCode::kInvalidArgument,
-                   fmt::format("{}: {} is {:.6g}, allowed is {}", subject_, field, value, allowed));
+    result_ = fail(ErrorCode::kInvalidArgument, fmt::format("{}: {}: {:.6g} is not allowed; expected {}",
+                                                            subject_, field, value, allowed));
   }
 
   const char* subject_;
@@ -90,17 +90,19 @@ Result<void> validate(const LoopConfig& config, const drivers::Capabilities& dri
   if (driver.actuates && geometry.kind != RigKind::kTwoLink) {
     const char* kind = geometry.kind == RigKind::kOneAxis ? "one_axis" : "cartesian";
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("rig: kind is {}, allowed is two_link for a rig that actuates", kind));
+                fmt::format("rig: kind: {} is not allowed; expected two_link for a rig that actuates", kind));
   }
   if (driver.actuates && config.rate < 500.0) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        fmt::format("loop: rate_Hz is {}, allowed is 500 to 4000 for a rig that actuates", config.rate));
+    return fail(ErrorCode::kInvalidArgument,
+                fmt::format("loop: rate_Hz: {} is not allowed; expected 500 to 4000 for a rig that actuates",
+                            config.rate));
   }
   if (!driver.actuates && config.sample_divider != 1) {
-    return fail(ErrorCode::kInvalidArgument,
-                fmt::format("loop: sample_divider is {}, allowed is 1 for a recording: every row is a sample",
-                            config.sample_divider));
+    return fail(
+        ErrorCode::kInvalidArgument,
+        fmt::format(
+            "loop: sample_divider: {} is not allowed; expected 1 for a recording: every row is a sample",
+            config.sample_divider));
   }
   return {};
 }
@@ -142,7 +144,7 @@ Result<void> validate_motion(const TrialProgram& program, const SafetyLimits& li
 
 Result<void> validate(const TrialProgram& program, const SafetyLimits& limits, bool actuates) {
   if (program.number == 0) {
-    return fail(ErrorCode::kInvalidArgument, "trial: number is 0, allowed is 1 or more");
+    return fail(ErrorCode::kInvalidArgument, "trial: number: 0 is not allowed; expected 1 or more");
   }
   if (!actuates) return {};
   TrialProgram moved = program;

@@ -34,11 +34,12 @@ Error Comedi::refuse(const char* what, const ComediChannel& channel) const {
 
 Result<void> Comedi::configure(double period) {
   if (is_active_)
-    return fail(ErrorCode::kUnavailable, "comedi: configure() while active, allowed is inactive");
+    return fail(ErrorCode::kUnavailable,
+                "comedi: configure() while active is not allowed; expected an inactive driver");
   is_configured_ = false;
   if (!(period >= 1e-4 && period <= 0.02)) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("comedi: period is {} s, allowed is 0.0001 s to 0.02 s", period));
+                fmt::format("comedi: period: {} s is not allowed; expected 0.0001 s to 0.02 s", period));
   }
   comedi_loglevel(0);  // Its errors are ours to tell.
   if (!card_) card_.reset(comedi_open(config_.device.c_str()));
@@ -75,9 +76,10 @@ Result<void> Comedi::set_up_channels() {
     if (!output) return output.error();
     outputs_[i] = *output;
     if (!(outputs_[i].low <= 0.0 && outputs_[i].high >= 0.0)) {
-      return fail(ErrorCode::kInvalidArgument,
-                  fmt::format("comedi {}: the range of motor {} is {} to {} V, allowed is one with 0 V",
-                              config_.device, i + 1, outputs_[i].low, outputs_[i].high));
+      return fail(
+          ErrorCode::kInvalidArgument,
+          fmt::format("comedi {}: the range of motor {}: {} to {} V is not allowed; expected one with 0 V",
+                      config_.device, i + 1, outputs_[i].low, outputs_[i].high));
     }
   }
   // A converter at its end stop is a saturated sensor, wherever the sensor's own end is.
@@ -137,14 +139,14 @@ Result<void> Comedi::check(const char* what, const ComediChannel& channel, int t
   if (found < 0) return refuse(what, channel);
   if (found != type) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("comedi {}: subdevice {} of the {} is of type {}, allowed is {}", config_.device,
-                            channel.subdevice, what, found, type));
+                fmt::format("comedi {}: type of subdevice {} of the {}: {} is not allowed; expected {}",
+                            config_.device, channel.subdevice, what, found, type));
   }
   const int channels = comedi_get_n_channels(card_.get(), channel.subdevice);
   if (channels > 0 && channel.channel < static_cast<unsigned>(channels)) return {};
   return fail(ErrorCode::kInvalidArgument,
-              fmt::format("comedi {}: channel of the {} is {}, allowed is 0 to {}", config_.device, what,
-                          channel.channel, channels - 1));
+              fmt::format("comedi {}: channel of the {}: {} is not allowed; expected 0 to {}", config_.device,
+                          what, channel.channel, channels - 1));
 }
 
 Result<Comedi::Scale> Comedi::scale_of(const char* what, const ComediChannel& channel) const {

@@ -89,8 +89,9 @@ Result<Library::Tables> Library::open(const std::filesystem::path& file) {
       is_second ? offsetof(tonus_driver_v2_table, count_auxiliary) : sizeof(tonus_driver_v1_table);
   const bool has_size = is_second ? table->size >= size : table->size == size;
   if (table->version != version || !has_size) {
-    return refuse(name, fmt::format("version is {} with a table of {} bytes, allowed is {} with {} bytes",
-                                    table->version, table->size, version, size));
+    return refuse(
+        name, fmt::format("version: {} with a table of {} bytes is not allowed; expected {} with {} bytes",
+                          table->version, table->size, version, size));
   }
   if (!is_complete(*table))
     return refuse(name, "a function of its table is missing; begin_trial alone may be");
@@ -132,10 +133,11 @@ Library::~Library() {
 Result<void> Library::configure(double period) {
   if (is_active_)
     return fail(ErrorCode::kUnavailable,
-                fmt::format("driver {}: configure() while active, allowed is inactive", name_));
+                fmt::format("driver {}: configure() while active is not allowed; expected an inactive driver",
+                            name_));
   is_configured_ = false;
   if (!(std::isfinite(period) && period > 0.0))
-    return refuse(name_, fmt::format("period is {} s, allowed is more than 0 s", period));
+    return refuse(name_, fmt::format("period: {} s is not allowed; expected more than 0 s", period));
   ErrorText reason{};
   if (table_.configure(rig_, period, reason.data(), reason.size()) != 0)
     return refuse(name_, text_of(reason));

@@ -14,16 +14,18 @@ Result<void> validate(const Recording& recording, std::size_t index) {
   const RecordedSegment& s = recording.segments[index];
   const std::size_t rows = recording.rows.size();
   if (!(s.first <= s.onset && s.onset < s.last && s.last < rows)) {
-    return refuse(fmt::format(
-        "segment {} has rows {}, {}, {} (first, onset, last), allowed is first <= onset < last < {}", index,
-        s.first, s.onset, s.last, rows));
+    return refuse(
+        fmt::format("segment {}: rows {}, {}, {} (first, onset, last) are not allowed; expected first <= "
+                    "onset < last < {}",
+                    index, s.first, s.onset, s.last, rows));
   }
   for (std::size_t i = s.first + 1; i <= s.last; ++i) {
     const std::int64_t before = recording.rows[i - 1].raw.acquisition_ns;
     const std::int64_t here = recording.rows[i].raw.acquisition_ns;
     if (here <= before) {
-      return refuse(fmt::format("acquisition_ns of row {} is {}, allowed is more than {} of the row before",
-                                i, here, before));
+      return refuse(
+          fmt::format("acquisition_ns of row {}: {} is not allowed; expected more than {} of the row before",
+                      i, here, before));
     }
   }
   return {};
@@ -35,15 +37,17 @@ Replay::Replay(Recording recording) : recording_(std::move(recording)) {}
 
 Result<void> Replay::configure(double period) {
   if (is_active_)
-    return fail(ErrorCode::kUnavailable, "recording: configure() while active, allowed is inactive");
+    return fail(ErrorCode::kUnavailable,
+                "recording: configure() while active is not allowed; expected an inactive driver");
   is_configured_ = false;
-  if (recording_.rows.empty()) return refuse("rows are 0, allowed is 1 or more");
-  if (recording_.segments.empty()) return refuse("segments are 0, allowed is 1 or more");
+  if (recording_.rows.empty()) return refuse("rows: 0 is not allowed; expected 1 or more");
+  if (recording_.segments.empty()) return refuse("segments: 0 is not allowed; expected 1 or more");
   if (!(recording_.rate > 0.0 && recording_.rate <= 1e5)) {
-    return refuse(fmt::format("rate is {} Hz, allowed is more than 0 up to 100000 Hz", recording_.rate));
+    return refuse(
+        fmt::format("rate: {} Hz is not allowed; expected more than 0 up to 100000 Hz", recording_.rate));
   }
   if (!(std::abs(period * recording_.rate - 1.0) < 1e-6)) {
-    return refuse(fmt::format("the loop's period is {} s, allowed is the recording's {} s", period,
+    return refuse(fmt::format("the loop's period: {} s is not allowed; expected the recording's {} s", period,
                               1.0 / recording_.rate));
   }
   TONUS_TRY(tonus::validate(recording_.auxiliary_channels, recording_.rate));

@@ -10,10 +10,11 @@ Simulated::Simulated(const simulation::Profile& profile)
 
 Result<void> Simulated::configure(double period) {
   if (is_active_)
-    return fail(ErrorCode::kUnavailable, "simulated: configure() while active, allowed is inactive");
+    return fail(ErrorCode::kUnavailable,
+                "simulated: configure() while active is not allowed; expected an inactive driver");
   if (!(period >= 1e-5 && period <= 0.02)) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("simulated: period is {} s, allowed is 0.00001 s to 0.02 s", period));
+                fmt::format("simulated: period: {} s is not allowed; expected 0.00001 s to 0.02 s", period));
   }
   TONUS_TRY(simulation::validate_auxiliary(profile_.auxiliary));
   plant_ = std::make_unique<simulation::Plant>(profile_, period);

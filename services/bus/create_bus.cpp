@@ -23,8 +23,9 @@ constexpr int kMaximumDomain = 232;  // RTPS 2.3, 9.6.1.1: ports of larger domai
 Result<void> check_address(const char* what, const std::string& address) {
   in_addr parsed{};
   if (inet_pton(AF_INET, address.c_str(), &parsed) == 1) return {};
-  return fail(ErrorCode::kInvalidArgument,
-              std::string(what) + " '" + address + "': an IPv4 address such as 127.0.0.1 is needed");
+  return fail(
+      ErrorCode::kInvalidArgument,
+      std::string(what) + ": '" + address + "' is not allowed; expected an IPv4 address such as 127.0.0.1");
 }
 
 std::string dotted(const in_addr& address) {
@@ -42,16 +43,17 @@ bool is_plain(char c) {
 
 Result<void> check_options(const BusOptions& options) {
   if (options.domain < 0 || options.domain > kMaximumDomain) {
-    return fail(ErrorCode::kInvalidArgument, "domain " + std::to_string(options.domain) + ": must be 0 to " +
+    return fail(ErrorCode::kInvalidArgument, "domain: " + std::to_string(options.domain) +
+                                                 " is not allowed; expected 0 to " +
                                                  std::to_string(kMaximumDomain));
   }
   if (options.participant_lease < std::chrono::milliseconds{100}) {
-    return fail(ErrorCode::kInvalidArgument, "participant lease " +
-                                                 std::to_string(options.participant_lease.count()) +
-                                                 " ms: must be at least 100 ms");
+    return fail(ErrorCode::kInvalidArgument,
+                "participant lease: " + std::to_string(options.participant_lease.count()) +
+                    " ms is not allowed; expected at least 100 ms");
   }
   if (options.network.peers.empty()) {
-    return fail(ErrorCode::kInvalidArgument, "peers: none given, at least one address is needed");
+    return fail(ErrorCode::kInvalidArgument, "peers: none is not allowed; expected at least one address");
   }
   if (auto good = check_address("interface address", options.network.interface_address); !good) return good;
   for (const std::string& peer : options.network.peers) {
@@ -66,8 +68,9 @@ Result<void> check_options(const BusOptions& options) {
                                                  ": Cyclone DDS cannot use one; expected peers, or fastdds");
   }
   if (!std::all_of(options.partition.begin(), options.partition.end(), is_plain)) {
-    return fail(ErrorCode::kInvalidArgument,
-                "partition '" + options.partition + "': letters, digits, '-', '_' and '.' are allowed");
+    return fail(
+        ErrorCode::kInvalidArgument,
+        "partition: '" + options.partition + "' is not allowed; expected letters, digits, '-', '_' and '.'");
   }
   return {};
 }
@@ -76,8 +79,8 @@ Result<Vendor> parse_vendor(std::string_view text) {
   for (const Vendor vendor : {Vendor::kMemory, Vendor::kFastDds, Vendor::kCycloneDds}) {
     if (text == vendor_name(vendor)) return vendor;
   }
-  return fail(ErrorCode::kInvalidArgument,
-              "DDS vendor '" + std::string(text) + "': must be fastdds, cyclonedds or memory");
+  return fail(ErrorCode::kInvalidArgument, "DDS vendor: '" + std::string(text) +
+                                               "' is not allowed; expected fastdds, cyclonedds or memory");
 }
 
 std::string_view vendor_name(Vendor vendor) {

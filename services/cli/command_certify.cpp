@@ -177,8 +177,8 @@ void certify_errors(certify::Cell cell, nlohmann::json& cells) {
 /// What the conditions of an archived session are worth, each around its own estimate, rig and residuals.
 Result<void> certify_session(const CertifyOptions& options, const ResultsFile& file) {
   TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
-  TONUS_TRY_ASSIGN(const auto record, store::find_session(*store, options.like));
-  TONUS_TRY_ASSIGN(const auto session, store::read_session(*store, record.session));
+  TONUS_TRY_ASSIGN(const auto session, store::read_found_session(*store, options.like));
+  const std::string id = to_hex(session.record.session);
   TONUS_TRY_ASSIGN(const auto conditions, study::condition_trials(*store, session));
   nlohmann::json cells = nlohmann::json::array();
   for (const auto& [condition, trials] : conditions) {
@@ -188,12 +188,12 @@ Result<void> certify_session(const CertifyOptions& options, const ResultsFile& f
         [&](std::uint64_t done, std::uint64_t all) { progress.show(done, all, "conditions"); });
     progress.clear();
     if (!worths)
-      return fail(worths.error().code, fmt::format("session {}, {}: {}", to_hex(record.session),
-                                                   condition.posture, worths.error().message));
-    print(fmt::format("like {} of session {}, {} trials, {} conditions, seed {}", condition.posture,
-                      to_hex(record.session), trials.size(), options.conditions, options.seed),
+      return fail(worths.error().code,
+                  fmt::format("session {}, {}: {}", id, condition.posture, worths.error().message));
+    print(fmt::format("like {} of session {}, {} trials, {} conditions, seed {}", condition.posture, id,
+                      trials.size(), options.conditions, options.seed),
           *worths);
-    cells.push_back({{"session", to_hex(record.session)},
+    cells.push_back({{"session", id},
                      {"posture", condition.posture},
                      {"set", condition.set},
                      {"trials", trials.size()},
@@ -201,8 +201,7 @@ Result<void> certify_session(const CertifyOptions& options, const ResultsFile& f
                      {"seed", options.seed},
                      {"methods", as_json(*worths)}});
   }
-  if (cells.empty())
-    return fail(ErrorCode::kNotFound, fmt::format("session {}: has no valid trials", to_hex(record.session)));
+  if (cells.empty()) return fail(ErrorCode::kNotFound, fmt::format("session {}: has no valid trials", id));
   return file.write(cells.dump(1) + "\n");
 }
 

@@ -67,8 +67,7 @@ Result<void> print_expected(const RunOptions& options, const protocol::Protocol&
     return {};
   }
   TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
-  TONUS_TRY_ASSIGN(const auto record, store::find_session(*store, options.like));
-  TONUS_TRY_ASSIGN(const auto session, store::read_session(*store, record.session));
+  TONUS_TRY_ASSIGN(const auto session, store::read_found_session(*store, options.like));
   std::fputs(to_text(expected_from(protocol, plan, session), protocol, plan).c_str(), stdout);
   return {};
 }

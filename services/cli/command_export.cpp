@@ -53,9 +53,7 @@ Result<void> export_bids(store::Store& store, const store::Session& session, con
 Result<void> export_session(const ExportOptions& options) {
   auto store = open_to_read(options.archive);
   if (!store) return store.error();
-  const auto record = store::find_session(**store, options.session);
-  if (!record) return record.error();
-  const auto session = store::read_session(**store, record->session);
+  const auto session = store::read_found_session(**store, options.session);
   if (!session) return session.error();
   ProgressBar bar("trials");
   const auto progress = [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); };
@@ -72,9 +70,10 @@ Result<void> export_session(const ExportOptions& options) {
   }
   bar.clear();
   if (!done) return done;
+  const std::string id = to_hex(session->record.session);
   print_answer(options.is_json,
-               {{"sessions", {to_hex(record->session)}}, {"format", options.format}, {"to", options.out}},
-               fmt::format("session {}: {}\n", to_hex(record->session), shown(options.out)));
+               {{"sessions", nlohmann::json::array({id})}, {"format", options.format}, {"to", options.out}},
+               fmt::format("session {}: {}\n", id, shown(options.out)));
   return {};
 }
 

@@ -24,9 +24,7 @@ struct ShowOptions {
 Result<void> show(const ShowOptions& options) {
   auto store = open_to_read(options.archive);
   if (!store) return store.error();
-  const auto record = store::find_session(**store, options.session);
-  if (!record) return record.error();
-  const auto session = store::read_session(**store, record->session);
+  const auto session = store::read_found_session(**store, options.session);
   if (!session) return session.error();
   const std::string text =
       options.is_json ? json_text(session_json(*session)) + "\n" : session_text(*session);

@@ -41,10 +41,12 @@ v1::TrialVerdict standing_verdict(const v1::TrialVerdict& verdict, const v1::Tri
   return standing;
 }
 
+std::string_view review_verb(std::string_view reviewed_by) {
+  return reviewed_by == kTheScheduler ? "left out" : v1::reason_name(v1::REASON_REJECTED_BY_HAND);
+}
+
 std::string review_text(const v1::TrialReview& review) {
-  if (review.reviewed_by() == kTheScheduler)
-    return fmt::format("left out by {}: {}", kTheScheduler, review.reason());
-  return fmt::format("{}{}: {}", v1::reason_name(v1::REASON_REJECTED_BY_HAND),
+  return fmt::format("{}{}: {}", review_verb(review.reviewed_by()),
                      review.reviewed_by().empty() ? "" : " by " + review.reviewed_by(), review.reason());
 }
 

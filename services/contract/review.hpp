@@ -31,6 +31,9 @@ inline constexpr std::size_t kOperatorTextMost = 1000;
 /// Who reviews a trial that identification found valid and the archive could not keep.
 inline constexpr std::string_view kTheScheduler = "the scheduler";
 
+/// What the review did to the trial: "rejected by hand", or "left out" where the scheduler did it.
+[[nodiscard]] std::string_view review_verb(std::string_view reviewed_by);
+
 /// "rejected by hand by NAME: TEXT", or "left out by the scheduler: TEXT"
 [[nodiscard]] std::string review_text(const v1::TrialReview& review);
 

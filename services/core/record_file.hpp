@@ -4,12 +4,13 @@
 #include <cstdint>
 #include <filesystem>
 #include <functional>
+#include <memory>
 #include <span>
 #include <string>
 #include <utility>
 #include <vector>
 
-#include "services/core/file_descriptor.hpp"
+#include "services/core/record_storage.hpp"
 #include "services/core/result.hpp"
 
 namespace tonus {
@@ -20,7 +21,8 @@ namespace tonus {
 /// A program killed in the middle of a write leaves a torn end: a last record that is shorter than its length
 /// says, or zeros. open() cuts it off. Anything else that is no good record is damage (a flipped bit, an
 /// overwritten page): it stays where it is, what it held is lost, and reading resumes at the next good
-/// record, wherever that begins. Damage can name a length of its own, so that it is searched byte by byte.
+/// record that is not empty, wherever that begins. Damage can name a length of its own, so that it is
+/// searched byte by byte.
 class RecordFile {
  public:
   static constexpr std::size_t kMaxRecord = 1U << 20;
@@ -33,8 +35,11 @@ class RecordFile {
   /// Called for each good record: where it starts in the file and its content.
   using Visitor = std::function<void(std::uint64_t offset, std::span<const std::byte> content)>;
 
-  /// Opens or makes the file, visits its good records, cuts a torn end and stands ready to append.
-  /// kIo names the file and the operating system's reason.
+  /// Visits the good records, cuts a torn end and stands ready to append.
+  [[nodiscard]] static Result<RecordFile> open(std::unique_ptr<RecordStorage> storage, const Visitor& visit);
+
+  /// The same of a file, which is made where it is absent. kIo names the file and the operating system's
+  /// reason.
   [[nodiscard]] static Result<RecordFile> open(const std::filesystem::path& path, const Visitor& visit);
 
   /// Appends one record; returns where it starts. kInvalidArgument over kMaxRecord; kIo if it was not written
@@ -44,6 +49,10 @@ class RecordFile {
   /// The record at an offset that append() or the visitor gave; kDataLoss if its checksum is wrong.
   [[nodiscard]] Result<std::vector<std::byte>> read(std::uint64_t offset) const;
 
+  /// Cuts off damage that reaches to the end, for an owner to whom no record that may have stood there was
+  /// promised.
+  [[nodiscard]] Result<void> cut_damaged_end();
+
   /// Takes the place of the file at `path`, in the same folder. kIo: this file keeps its name.
   [[nodiscard]] Result<void> rename_to(const std::filesystem::path& path);
 
@@ -51,22 +60,19 @@ class RecordFile {
   [[nodiscard]] Result<void> sync();
 
   [[nodiscard]] std::uint64_t size() const { return size_; }
-  [[nodiscard]] std::uint64_t torn_bytes() const { return torn_bytes_; }  ///< Cut off by open().
+  [[nodiscard]] std::uint64_t torn_bytes() const { return torn_bytes_; }  ///< Cut off.
 
   /// Runs of bytes that were no records when the file was opened, in order; they are still there.
   [[nodiscard]] const std::vector<DamagedBytes>& damage() const { return damage_; }
 
   /// What was lost, a line for a person and the log; empty: nothing.
   [[nodiscard]] std::string damage_text() const;
-  [[nodiscard]] const std::filesystem::path& path() const { return path_; }
+  [[nodiscard]] const std::filesystem::path& path() const { return storage_->path(); }
 
  private:
-  RecordFile(std::filesystem::path path, FileDescriptor descriptor)
-      : path_(std::move(path)), descriptor_(std::move(descriptor)) {}
-  Error system_error(const char* what) const;
+  explicit RecordFile(std::unique_ptr<RecordStorage> storage) : storage_(std::move(storage)) {}
 
-  std::filesystem::path path_;
-  FileDescriptor descriptor_;
+  std::unique_ptr<RecordStorage> storage_;
   std::uint64_t size_ = 0;
   std::uint64_t torn_bytes_ = 0;
   std::vector<DamagedBytes> damage_;

@@ -1,6 +1,7 @@
 #include "services/formats/csv_columns.hpp"
 
 #include <array>
+#include <spdlog/fmt/fmt.h>
 
 #include "services/contract/rig.hpp"
 #include "services/core/clock.hpp"
@@ -328,9 +329,7 @@ std::span<const CsvColumn<AuxiliaryRow>> auxiliary_columns() { return kAuxiliary
 std::span<const CsvColumn<Session>> session_columns() { return kSessionColumns; }
 std::span<const CsvColumn<NoteRow>> note_columns() { return kNoteColumns; }
 std::string reasons_text(const v1::Estimate& estimate) {
-  std::string text;
-  for (const std::string& reason : estimate.reasons()) text += (text.empty() ? "" : "; ") + reason;
-  return text;
+  return fmt::format("{}", fmt::join(estimate.reasons(), "; "));
 }
 
 std::span<const CsvColumn<TrialRow>> trial_columns() { return kTrialColumns; }

@@ -72,7 +72,8 @@ Result<void> Ledger::check(const Record& record) const {
     const auto& left = state_.remaining[state_.plan.trials[state_.in_flight->planned_index()].block];
     if (r->place != record::Rejected::kSetAside &&
         (r->place < 0 || r->place > static_cast<int>(left.size()))) {
-      return misfit(fmt::format("place {} for a repeat, allowed are 0 to {}", r->place, left.size()));
+      return misfit(
+          fmt::format("place {} for a repeat is not allowed; expected 0 to {}", r->place, left.size()));
     }
   }
   if (const auto* r = std::get_if<record::LimitRaised>(&record);
@@ -96,7 +97,8 @@ Result<void> Ledger::check(const record::Reviewed& reviewed) const {
   const auto& left = state_.remaining[state_.plan.trials[reviewed.planned_index].block];
   if (reviewed.place != record::Rejected::kSetAside &&
       (reviewed.place < 0 || reviewed.place > static_cast<int>(left.size())))
-    return misfit(fmt::format("place {} for a repeat, allowed are 0 to {}", reviewed.place, left.size()));
+    return misfit(
+        fmt::format("place {} for a repeat is not allowed; expected 0 to {}", reviewed.place, left.size()));
   return {};
 }
 

@@ -103,7 +103,7 @@ Record take_record(Cdr& cdr, std::uint32_t type) {
     fields(Take(cdr), value);
     return value;
   } else {
-    throw std::out_of_range(fmt::format("record type {}, allowed are 0 to {}", type, I - 1));
+    throw std::out_of_range(fmt::format("record type {} is not allowed; expected 0 to {}", type, I - 1));
   }
 }
 

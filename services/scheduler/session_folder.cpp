@@ -15,6 +15,13 @@ Error in_file(const std::filesystem::path& file, const Error& error) {
   return fail(error.code, fmt::format("{}: {}", file.string(), error.message));
 }
 
+/// For one scheduler.
+Result<std::unique_ptr<FileStorage>> open_file(const std::filesystem::path& file, FileStorage::Mode mode) {
+  auto storage = FileStorage::open(file, mode);
+  if (storage || storage.error().code != ErrorCode::kUnavailable) return storage;
+  return fail(ErrorCode::kUnavailable, fmt::format("{}: another scheduler has it open", file.string()));
+}
+
 }  // namespace
 
 Result<SessionFolder> SessionFolder::open(const std::filesystem::path& folder, std::string contract) {
@@ -23,9 +30,9 @@ Result<SessionFolder> SessionFolder::open(const std::filesystem::path& folder, s
   if (error)
     return fail(ErrorCode::kIo, fmt::format("{}: cannot be made: {}", folder.string(), error.message()));
   const auto file = folder / "lock";
-  auto lock = FileStorage::open(file, FileStorage::Mode::kCreate);
+  auto lock = open_file(file, FileStorage::Mode::kCreate);
   if (!lock && lock.error().code == ErrorCode::kAlreadyExists)
-    lock = FileStorage::open(file, FileStorage::Mode::kOpen);
+    lock = open_file(file, FileStorage::Mode::kOpen);
   if (!lock) return lock.error();
   return SessionFolder(folder, std::move(contract), std::move(*lock));
 }
@@ -47,7 +54,7 @@ Result<std::optional<Journal::Opened>> SessionFolder::reopen() {
   std::optional<Journal::Opened> found;
   std::filesystem::path found_file;
   for (const auto& file : files) {
-    auto storage = FileStorage::open(file, FileStorage::Mode::kOpen);
+    auto storage = open_file(file, FileStorage::Mode::kOpen);
     if (!storage) return storage.error();
     auto opened = Journal::open(std::move(*storage), contract_);
     if (!opened) return in_file(file, opened.error());
@@ -56,9 +63,10 @@ Result<std::optional<Journal::Opened>> SessionFolder::reopen() {
       continue;
     }
     if (found) {
-      return fail(ErrorCode::kDataLoss,
-                  fmt::format("{} and {}: two sessions last, allowed is one; move one away",
-                              found_file.string(), file.string()));
+      return fail(
+          ErrorCode::kDataLoss,
+          fmt::format("{} and {}: two unfinished sessions are not allowed; expected one; move one file away",
+                      found_file.string(), file.string()));
     }
     found = std::move(*opened);
     found_file = file;
@@ -67,7 +75,7 @@ Result<std::optional<Journal::Opened>> SessionFolder::reopen() {
 }
 
 Result<Journal> SessionFolder::begin(const Id& session) const {
-  auto storage = FileStorage::open(file_of(session, kOpen), FileStorage::Mode::kCreate);
+  auto storage = open_file(file_of(session, kOpen), FileStorage::Mode::kCreate);
   if (!storage) return storage.error();
   return Journal::create(std::move(*storage), contract_);
 }

@@ -36,7 +36,7 @@ std::string SessionMachine::why_not_reviewed(std::uint32_t attempt) const {
     return fmt::format("trial {} is not counted yet: it runs, or waits for its verdict", attempt);
   const auto known = std::ranges::find(s.reviews, attempt, &record::Reviewed::attempt);
   if (known == s.reviews.end()) return fmt::format("trial {} does not count: it was rejected", attempt);
-  return fmt::format("trial {} was rejected by hand already{}: {}", attempt,
+  return fmt::format("trial {} was {} already{}: {}", attempt, contract::review_verb(known->reviewed_by),
                      known->reviewed_by.empty() ? "" : " by " + known->reviewed_by, known->reason);
 }
 

@@ -7,6 +7,7 @@
 #include "idl/bounds.hpp"
 #include "services/bus/payload.hpp"
 #include "services/bus/typed.hpp"
+#include "services/contract/block_bounds.hpp"
 
 namespace tonus::store {
 namespace {
@@ -43,15 +44,36 @@ struct AuxiliaryMembers {
   }
 };
 
-/// The contract's bounds, which the generated code does not have.
-constexpr std::size_t kMostSamples = 256;
-constexpr std::size_t kMostValues = 14'000;
+using contract::kMostAuxiliaryValues;
+using contract::kMostBlockSamples;
 
 Result<void> check_numbers(const char* topic, std::uint64_t first_sequence, std::uint64_t epoch) {
   if (first_sequence <= kLargestSequence && epoch <= kLargestSequence) return {};
   return fail(ErrorCode::kInvalidArgument,
               fmt::format("{}: first_sequence {} and epoch {} are not allowed; expected at most {} each",
                           topic, first_sequence, epoch, kLargestSequence));
+}
+
+/// The payload is as long as its members, which end with `count` of `what`.
+Result<void> check_bytes(std::size_t payload, std::size_t members, std::uint32_t count, const char* what) {
+  const std::size_t whole = bus::kEncapsulationBytes + members;
+  if (payload >= whole) return bus::detail::check_extent(payload, whole, members);
+  return fail(
+      ErrorCode::kInvalidArgument,
+      fmt::format("payload of {} bytes is not allowed; expected {} for {} {}", payload, whole, count, what));
+}
+
+/// What both kinds of block say of themselves.
+template <typename Members>
+Block block_of(const Members& members) {
+  Block block;
+  block.stream = {members.rig, members.epoch};
+  block.first_sequence = members.first_sequence;
+  block.count = members.samples;
+  block.session = members.session;
+  block.trial = members.trial;
+  block.is_resent = members.is_resent;
+  return block;
 }
 
 /// Bytes of a block's members with so many samples.
@@ -75,26 +97,13 @@ Result<Block> read_block_header(std::span<const std::byte> payload) {
   if (count == 0)
     return fail(ErrorCode::kInvalidArgument,
                 "rig/samples: a block of 0 samples is not allowed; expected 1 to 256");
-  if (count > kMostSamples) {
-    return fail(ErrorCode::kInvalidArgument, v1::out_of_bounds("SampleBlock.samples", count, kMostSamples));
-  }
-  const std::size_t members = kOne + (count - 1) * kMore;
-  const std::size_t whole = bus::kEncapsulationBytes + members;
-  if (payload.size() < whole) {
+  if (count > kMostBlockSamples) {
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("payload of {} bytes is not allowed; expected {} for {} samples", payload.size(),
-                            whole, count));
+                v1::out_of_bounds("SampleBlock.samples", count, kMostBlockSamples));
   }
-  TONUS_TRY(bus::detail::check_extent(payload.size(), whole, members));
+  TONUS_TRY(check_bytes(payload.size(), kOne + (count - 1) * kMore, header.samples, "samples"));
   TONUS_TRY(check_numbers("rig/samples", header.first_sequence, header.epoch));
-  Block block;
-  block.stream = {header.rig, header.epoch};
-  block.first_sequence = header.first_sequence;
-  block.count = header.samples;
-  block.session = header.session;
-  block.trial = header.trial;
-  block.is_resent = header.is_resent;
-  return block;
+  return block_of(header);
 }
 
 Result<AuxiliaryHeader> read_auxiliary_header(std::span<const std::byte> payload) {
@@ -104,32 +113,22 @@ Result<AuxiliaryHeader> read_auxiliary_header(std::span<const std::byte> payload
     static_cast<AuxiliaryMembers*>(target)->deserialize(cdr);
   }));
   const auto refuse = [](std::string what) { return fail(ErrorCode::kInvalidArgument, std::move(what)); };
-  if (members.samples == 0 || members.samples > kMostSamples) {
+  if (members.samples == 0 || members.samples > kMostBlockSamples) {
     return refuse(fmt::format("rig/auxiliary: sample_count {} is not allowed; expected 1 to {}",
-                              members.samples, kMostSamples));
+                              members.samples, kMostBlockSamples));
   }
-  if (members.values > kMostValues)
-    return refuse(v1::out_of_bounds("AuxiliaryBlock.values", members.values, kMostValues));
+  if (members.values > kMostAuxiliaryValues)
+    return refuse(v1::out_of_bounds("AuxiliaryBlock.values", members.values, kMostAuxiliaryValues));
   if (members.values == 0 || members.values % members.samples != 0) {
     return refuse(
         fmt::format("rig/auxiliary: {} values of {} samples are not allowed; expected the same "
                     "number for each",
                     members.values, members.samples));
   }
-  const std::size_t bytes = kNone + sizeof(float) * members.values;
-  if (payload.size() < bus::kEncapsulationBytes + bytes) {
-    return refuse(fmt::format("payload of {} bytes is not allowed; expected {} for {} values", payload.size(),
-                              bus::kEncapsulationBytes + bytes, members.values));
-  }
-  TONUS_TRY(bus::detail::check_extent(payload.size(), bus::kEncapsulationBytes + bytes, bytes));
+  TONUS_TRY(check_bytes(payload.size(), kNone + sizeof(float) * members.values, members.values, "values"));
   TONUS_TRY(check_numbers("rig/auxiliary", members.first_sequence, members.epoch));
   AuxiliaryHeader header;
-  header.block.stream = {members.rig, members.epoch};
-  header.block.first_sequence = members.first_sequence;
-  header.block.count = members.samples;
-  header.block.session = members.session;
-  header.block.trial = members.trial;
-  header.block.is_resent = members.is_resent;
+  header.block = block_of(members);
   header.block.is_auxiliary = true;
   header.values_per_sample = members.values / members.samples;
   return header;

@@ -280,6 +280,11 @@ Result<Session> read_session(Store& store, const Id& session) {
   return std::move(collector).finish(std::move(trials));
 }
 
+Result<Session> read_found_session(Store& store, std::string_view wanted) {
+  TONUS_TRY_ASSIGN(const auto record, find_session(store, wanted));
+  return read_session(store, record.session);
+}
+
 void sort_by_condition(std::vector<v1::Estimate>& estimates) {
   const auto place = [](const v1::Estimate& e) {
     return std::tuple(e.posture_index(), e.set_number(), e.bias_N(), e.instruction(), e.method(), e.model());

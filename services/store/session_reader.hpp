@@ -101,6 +101,9 @@ inline constexpr std::array<std::string_view, 3> kSurroundingTopics{topics::kRig
 /// plan of this session. kDataLoss: a message is damaged.
 [[nodiscard]] Result<Session> read_session(Store& store, const Id& session);
 
+/// The session that find_session() finds, read.
+[[nodiscard]] Result<Session> read_found_session(Store& store, std::string_view wanted);
+
 /// Orders by posture, set and bias, instruction, method, model; otherwise the order stays.
 void sort_by_condition(std::vector<v1::Estimate>& estimates);
 

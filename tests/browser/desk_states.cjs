@@ -61,7 +61,7 @@ const description = {
 };
 const plan = {
   session_id: SESSION, rig_id: RIG, subject: "sub-07", protocol_name: "unloaded", seed: 4711n, planned_trials: 40, started_at: "2026-03-02T11:00:00Z",
-  software_version: "0.9.0", postures: [{ name: "reference", position_m: [0, 0.38], trials: 8 }, { name: "distal", position_m: [0, 0.52], trials: 8 }, { name: "left", position_m: [-0.2, 0.4], trials: 8 }],
+  software_version: "0.9.0", operator_name: "Anna", study: "cohort", is_pilot: true, postures: [{ name: "reference", position_m: [0, 0.38], trials: 8 }, { name: "distal", position_m: [0, 0.52], trials: 8 }, { name: "left", position_m: [-0.2, 0.4], trials: 8 }],
 };
 
 /// Estimates of a session that goes on: one posture well known, one with a wide interval, one undetermined.

@@ -51,7 +51,7 @@ async function studies({ openPage, look, until, says, named, looks, screenshots,
 const keys = {
   unloaded: [
     { name: "schema", expected: "a whole number, 1 to 1", preset: "", is_needed: true, unit: "" },
-    { name: "kind", expected: "one of unloaded, loaded", preset: "", is_needed: true, unit: "" },
+    { name: "kind", expected: "one of unloaded, loaded, replay", preset: "", is_needed: true, unit: "" },
     { name: "name", expected: "text of 1 to 80 characters", preset: "", is_needed: true, unit: "" },
     { name: "confirm_posture", expected: "true or false", preset: "false", is_needed: false, unit: "" },
     { name: "posture[].name", expected: "text of 1 to 40 characters", preset: "", is_needed: true, unit: "" },
@@ -61,6 +61,11 @@ const keys = {
   ],
 };
 keys.loaded = [...keys.unloaded, { name: "bias.sets_along", expected: "a list, each one of none, +major, -major", preset: "", is_needed: true, unit: "" }];
+keys.replay = [
+  ...keys.unloaded.slice(0, 2),
+  { name: "recording[].name", expected: "text of 1 to 40 characters", preset: "", is_needed: true, unit: "" },
+  { name: "recording[].event[].set", expected: "a whole number, 1 to 1000", preset: "1", is_needed: false, unit: "" },
+];
 const text = 'schema = 1\nkind = "unloaded"\nname = "short"\n\n[perturbation]\namplitude_m = 0.005\nhold_s = [1.5, 2]\n\n[[posture]]\nname = "reference"\nposition_m = [0, 0.38]\n';
 const document_ = { schema: 1, kind: "unloaded", name: "short", perturbation: { amplitude_m: 0.005, hold_s: [1.5, 2] }, posture: [{ name: "reference", position_m: [0, 0.38] }] };
 
@@ -105,6 +110,16 @@ async function editor({ openPage, look, until, says, named, looks, screenshots, 
     if (written !== wanted) fail(`${name}: the text is what the form says; seen: ${JSON.stringify(written)}`);
     await page.selectOption('[data-key="kind"]', "loaded");
     await page.locator('[data-key="bias.sets_along"]').waitFor();
+    await page.selectOption('[data-key="kind"]', "replay");
+    await page.click('[data-add="recording"]');
+    await page.keyboard.type("ankle");
+    for (const set of [1, 2]) {
+      await page.click('[data-add="recording[1].event"]');
+      await page.fill(`[data-key="recording[1].event[${set}].set"]`, String(set));
+    }
+    await page.click('[data-remove="recording[1].event[1]"]');
+    await until(async () => { const seen = await page.textContent("#protocol-text"); return [seen.endsWith('[[recording]]\nname = "ankle"\n\n[[recording.event]]\nset = 2\n'), seen]; }, `${name}: tables inside a list's tables are entered and written`);
+    await page.click('[data-remove="recording[1]"]');
     await page.selectOption('[data-key="kind"]', "unloaded");
     await verdict("Accepted: 12 trials, about 1 min 01 s if none is repeated");
     await page.click("#use-protocol");

@@ -37,10 +37,11 @@ async function remarks({ openPage, look, until, says, named, looks, screenshots,
       gateway.say("trial/command", { trial_id: trial, program: program(attempt) }, { key: hexOf(trial) });
       clock = playTrial(gateway, trial, clock) + 4_000_000n;
       gateway.say("trial/outcome", { trial_id: trial, program: program(attempt), epoch: EPOCH }, { key: hexOf(trial) });
-      gateway.say("trial/verdict", { trial_id: trial, session_id: SESSION, attempt, is_valid: true, detail: "valid: start 1.2 mm (limit 5.0), rest 3.0 mm/s (20.0) and 0.10 N, moved 6.1 mm (15.0), end 2.0 mm/s (25.0)" }, { key: String(attempt) });
+      gateway.say("trial/verdict", { trial_id: trial, session_id: SESSION, attempt, is_valid: true, detail: "valid: start 1.2 mm (limit 5.0), rest 3.0 mm/s (20.0) and 0.10 N (1.00), moved 6.1 mm (15.0), end 2.0 mm/s (25.0)" }, { key: String(attempt) });
     }
     const text = (selector) => page.locator(selector).allTextContents();
     await until(async () => { const seen = await text("#last-trial-age"); return [seen[0] === "trial 2: reference, valid", seen]; }, `${name}: the last trial is shown`);
+    await until(async () => { const seen = await page.locator("#last-trial .allowed").count(); return [seen === 2, seen]; }, `${name}: excursion and force at rest have the bands that the verdict names`);
     await page.click("#reject-trial");
     await until(async () => { const seen = await page.textContent("#notice"); return [seen === "Reject: write the reason first.", seen]; }, `${name}: a rejection needs a reason`);
     await page.keyboard.type("coughed");

@@ -186,6 +186,8 @@ async function compareSessions(browser, gateway, desk, stops) {
     const page = await openPage(browser, gateway, "archive", looks[lookNumber]);
     const name = `compared sessions, ${looks[lookNumber].viewport.width}`;
     await page.locator("#session-facts[data-session]").waitFor({ timeout: STEP_MS });
+    const facts = await page.textContent("#session-facts");
+    if (!facts.includes("operator Anna, study cohort, a pilot, no part of a study's results.")) fail(`${name}: the session's operator, study and pilot mode are shown; seen: ${facts}`);
     const sessions = () => page.locator("#compared-sessions li").allTextContents();
     await page.click("#compare-subject");
     await until(async () => { const seen = await sessions(); return [seen.length === 2 && /^A: sub-07, .*\(open\)$/.test(seen[0]) && /^B: sub-07, unloaded, 2026-02-23 10:15/.test(seen[1]), seen]; }, `${name}: the subject's other session is chosen`);

@@ -8,7 +8,7 @@
 
 #include "analysis_service/impedance/identification.hpp"
 #include "analysis_service/spectral/record.hpp"
-#include "analysis_service/spectral/statistics.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 #include "services/core/parallel.hpp"
 #include "tests/campaigns/record_kinds.hpp"
 
@@ -65,7 +65,7 @@ Outcome judged(const DrawnRecords& drawn, impedance::Model model) {
   outcome.explained = found.explained.minCoeff();
   const double freedom = static_cast<double>(found.units) - 1.0;
   const double allowed =
-      spectral::student_t_quantile(0.9995, freedom) / spectral::student_t_quantile(0.975, freedom);
+      statistics::student_t_quantile(0.9995, freedom) / statistics::student_t_quantile(0.975, freedom);
   const auto compare = [&](char name, impedance::AxisMatrix impedance::Parameters::*matrix,
                            const Eigen::MatrixXd& truth) {
     const Eigen::MatrixXd value = found.value.*matrix;

@@ -5,7 +5,6 @@
 #include <charconv>
 #include <cstring>
 #include <fcntl.h>
-#include <fstream>
 #include <nlohmann/json.hpp>
 #include <poll.h>
 #include <spdlog/fmt/fmt.h>
@@ -19,6 +18,7 @@
 #include "services/core/name.hpp"
 #include "services/core/process.hpp"
 #include "services/core/text.hpp"
+#include "services/core/text_file.hpp"
 
 namespace tonus::dashboard {
 namespace {
@@ -129,10 +129,7 @@ Result<std::uint64_t> Jobs::order_report(const std::string& name, const std::str
   order.kept = folders_.reports / name;
   const fs::path file = order.scratch / "cohort.toml";
   TONUS_TRY(make_folder(order.scratch));
-  std::ofstream out(file, std::ios::binary);
-  out << cohort;
-  out.close();
-  if (!out) return io("writing of " + file.string(), "the disk refused it");
+  TONUS_TRY(write_text_file(file, cohort));
   order.words = {folders_.tonus.string(), "report", "--archive",        folders_.store, "--cohort",
                  file.string(),           "--out",  order.made.string()};
   return add({0, "report", name, JobState::kWaiting, 0, 0, "", fmt::format("/reports/{}/index.html", name)},

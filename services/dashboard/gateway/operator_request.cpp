@@ -30,7 +30,6 @@ constexpr std::array<Named<v1::SessionRequest>, 6> kSessionRequests{
      {"abort", v1::SESSION_ABORT},
      {"reject_trial", v1::SESSION_REJECT_TRIAL},
      {"note", v1::SESSION_NOTE}}};
-constexpr std::array<std::string_view, 2> kNoteKinds{"note", "marker"};
 constexpr std::array<Named<v1::RigRequest>, 3> kRigRequests{{{"emergency_stop", v1::RIG_EMERGENCY_STOP},
                                                              {"clear_fault", v1::RIG_CLEAR_FAULT},
                                                              {"abort_trial", v1::RIG_ABORT_TRIAL}}};
@@ -133,9 +132,8 @@ Result<void> add_remark(const json& object, v1::SessionCommand& command) {
     return wrong(is_note ? "\"text\" must say what is noted" : "\"text\" must say why the trial is rejected");
   }
   TONUS_TRY_ASSIGN(auto kind, text_in(object, "note_kind", 16));
-  if (kind.empty()) kind = kNoteKinds[0];
-  if (is_note && std::find(kNoteKinds.begin(), kNoteKinds.end(), kind) == kNoteKinds.end())
-    return wrong(fmt::format("note_kind: \"{}\" is not allowed; expected note or marker", kind));
+  if (kind.empty()) kind = "note";
+  if (const auto good = contract::check_note_kind(kind); is_note && !good) return wrong(good.error().message);
   command.trial_id(trial);
   command.text(text);
   if (is_note) command.note_kind(kind);

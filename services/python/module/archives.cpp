@@ -69,10 +69,8 @@ std::string sessions_text(OpenArchive& archive) {
 
 std::shared_ptr<OpenSession> open_session(const std::shared_ptr<OpenArchive>& archive,
                                           const std::string& wanted) {
-  auto content = with_store(*archive, [&](store::Store& store) -> Result<store::Session> {
-    TONUS_TRY_ASSIGN(const auto record, store::find_session(store, wanted));
-    return store::read_session(store, record.session);
-  });
+  auto content =
+      with_store(*archive, [&](store::Store& store) { return store::read_found_session(store, wanted); });
   return std::make_shared<OpenSession>(OpenSession{archive, std::move(content)});
 }
 

@@ -33,7 +33,7 @@ TEST_P(BusInterface, RefusesTopicsThatCannotBeKept) {
     EXPECT_EQ(reading_bus_->create_reader(spec, nullptr).error().code, ErrorCode::kInvalidArgument);
   }
   EXPECT_EQ(writing_bus_->create_writer(bottomless).error().message,
-            "topic 'contract/deep': depth 1000000 must be 1 to 4096");
+            "topic 'contract/deep': depth: 1000000 is not allowed; expected 1 to 4096");
 }
 
 TEST_P(BusInterface, OneBusWritesAndReadsTheSameTopic) {
@@ -63,15 +63,15 @@ TEST_P(BusInterface, SignalsTheNotifierWhenAWriterComesAndGoes) {
 TEST(BusOptionsCheck, NamesWhatIsWrong) {
   BusOptions options;
   options.domain = 233;
-  EXPECT_EQ(create_bus(options).error().message, "domain 233: must be 0 to 232");
+  EXPECT_EQ(create_bus(options).error().message, "domain: 233 is not allowed; expected 0 to 232");
   options = {};
   options.network.interface_address = "lo";
   EXPECT_EQ(create_bus(options).error().message,
-            "interface address 'lo': an IPv4 address such as 127.0.0.1 is needed");
+            "interface address: 'lo' is not allowed; expected an IPv4 address such as 127.0.0.1");
   options = {};
   options.network.peers = {"127.0.0.1", "rig\"/>"};
   EXPECT_EQ(create_bus(options).error().message,
-            "peer 'rig\"/>': an IPv4 address such as 127.0.0.1 is needed");
+            "peer: 'rig\"/>' is not allowed; expected an IPv4 address such as 127.0.0.1");
   options = {};
   options.vendor = Vendor::kMemory;
   EXPECT_EQ(create_bus(options).error().code, ErrorCode::kInvalidArgument);
@@ -92,7 +92,8 @@ TEST(VendorNames, AreReadAndRefused) {
   EXPECT_EQ(*parse_vendor("fastdds"), Vendor::kFastDds);
   EXPECT_EQ(*parse_vendor("cyclonedds"), Vendor::kCycloneDds);
   EXPECT_EQ(*parse_vendor("memory"), Vendor::kMemory);
-  EXPECT_EQ(parse_vendor("Fast").error().message, "DDS vendor 'Fast': must be fastdds, cyclonedds or memory");
+  EXPECT_EQ(parse_vendor("Fast").error().message,
+            "DDS vendor: 'Fast' is not allowed; expected fastdds, cyclonedds or memory");
 }
 
 TEST(NotifierWait, KeepsASignalGivenBeforeAndReportsNone) {

@@ -2,60 +2,44 @@
 #include "services/scheduler/journal.hpp"
 #include "services/scheduler/session_machine.hpp"
 #include "tests/fuzz/decoders/decoder.hpp"
+#include "tests/support/memory_storage.hpp"
 
 namespace tonus::fuzz {
 namespace {
 
 constexpr std::string_view kContract = "contract";
 
-/// A journal's file in memory.
-class Octets final : public scheduler::JournalStorage {
- public:
-  explicit Octets(std::string octets) : octets_(std::move(octets)) {}
-  Result<std::string> read_all() override { return octets_; }
-  Result<void> append(std::string_view octets) override {
-    octets_ += octets;
-    return {};
-  }
-  Result<void> sync() override { return {}; }
-  Result<void> truncate(std::size_t size) override {
-    require(size <= octets_.size(), "a journal is cut within its length");
-    octets_.resize(size);
-    return {};
-  }
+using tonus::testing::MemoryStorage;
 
- private:
-  std::string octets_;
-};
-
-void put(std::string& out, std::uint32_t value) {
-  for (unsigned shift = 0; shift < 32; shift += 8) out.push_back(static_cast<char>(value >> shift & 0xffU));
+/// A journal's file of these records, the first of which is number 0.
+MemoryStorage::Bytes file_of(const std::vector<std::string>& contents) {
+  const auto bytes = std::make_shared<MemoryStorage::Bytes>();
+  auto file = RecordFile::open(std::make_unique<MemoryStorage>(bytes), {});
+  std::uint32_t number = 0;
+  for (const auto& content : contents) {
+    const std::string record = scheduler::numbered(number++, content);
+    (void)file->append(std::as_bytes(std::span(record)));
+  }
+  return *bytes;
 }
 
-std::string frame(std::uint32_t number, std::string_view content) {
-  std::string numbered;
-  put(numbered, number);
-  std::string out = "TNSJ";
-  put(out, static_cast<std::uint32_t>(content.size()));
-  out += numbered;
-  put(out, scheduler::crc32(content, scheduler::crc32(numbered)));
-  out += content;
-  return out;
-}
-
-/// An odd first byte: a journal as it is. Even: good frames of the parts.
-std::string journal_of(std::span<const std::byte> input) {
+/// An odd first byte: a journal as it is. Even: good records of the parts.
+MemoryStorage::Bytes journal_of(std::span<const std::byte> input) {
   Parts parts(input);
-  if (parts.byte() % 2 == 1) return std::string(text_of(parts.rest()));
-  std::string octets = frame(0, kContract);
-  for (std::uint32_t number = 1; !parts.is_empty(); ++number) octets += frame(number, text_of(parts.part()));
-  return octets;
+  if (parts.byte() % 2 == 1) {
+    const auto rest = parts.rest();
+    return {rest.begin(), rest.end()};
+  }
+  std::vector<std::string> contents{std::string(kContract)};
+  while (!parts.is_empty()) contents.emplace_back(text_of(parts.part()));
+  return file_of(contents);
 }
 
 }  // namespace
 
 void read_journal(std::span<const std::byte> input) {
-  auto opened = scheduler::Journal::open(std::make_unique<Octets>(journal_of(input)), kContract);
+  auto bytes = std::make_shared<MemoryStorage::Bytes>(journal_of(input));
+  auto opened = scheduler::Journal::open(std::make_unique<MemoryStorage>(std::move(bytes)), kContract);
   require_message(opened);
   if (!opened) return;
   if (const auto written = scheduler::encode_records(opened->records)) {
@@ -86,13 +70,12 @@ std::vector<Bytes> journal_seeds() {
       {scheduler::record::Requested{id_of("request"), v1::SESSION_ABORT}, scheduler::record::Ended{}});
   Bytes framed{std::byte{0}};
   Bytes raw{std::byte{1}};
-  std::string octets = frame(0, kContract);
-  std::uint32_t number = 0;
+  std::vector<std::string> contents{std::string(kContract)};
   for (const auto* records : {&first, &second, &third}) {
     put_part(framed, bytes_of(records->value()));
-    octets += frame(++number, records->value());
+    contents.push_back(records->value());
   }
-  const Bytes all = bytes_of(octets);
+  const auto all = file_of(contents);
   raw.insert(raw.end(), all.begin(), all.end());
   return {framed, raw};
 }

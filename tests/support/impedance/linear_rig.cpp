@@ -108,6 +108,13 @@ double to_step(double value, double step) { return step > 0.0 ? step * std::roun
 
 }  // namespace
 
+SimulatedRig rig_with_command() {
+  SimulatedRig rig;
+  rig.rise = 0.1;
+  rig.is_command_recorded = true;
+  return rig;
+}
+
 SimulatedRig ideal_rig() {
   SimulatedRig rig;
   rig.centring_sd = 0.0;

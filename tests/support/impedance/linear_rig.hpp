@@ -40,6 +40,9 @@ struct SimulatedRig {
   Eigen::Vector2d hand_in_robot{0.10, 0.45};  ///< m, where in the robot's frame the posture lies.
 };
 
+/// A gentler ramp, whose command is recorded.
+[[nodiscard]] SimulatedRig rig_with_command();
+
 /// Without any sensor error: what remains is the method's own error.
 [[nodiscard]] SimulatedRig ideal_rig();
 

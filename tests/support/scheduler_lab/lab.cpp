@@ -285,24 +285,4 @@ std::map<std::uint32_t, int> counted_trials(const std::vector<Record>& records) 
   return counted;
 }
 
-Result<void> MemoryStorage::append(std::string_view octets) {
-  if (fails_after_ == 0) {
-    octets_->append(octets.substr(0, torn_bytes_));
-    return fail(ErrorCode::kIo, "no space");
-  }
-  octets_->append(octets);
-  return {};
-}
-
-Result<void> MemoryStorage::sync() {
-  if (fails_after_ == 0) return fail(ErrorCode::kIo, "no space");
-  if (fails_after_ > 0) --fails_after_;
-  return {};
-}
-
-Result<void> MemoryStorage::truncate(std::size_t size) {
-  octets_->resize(size);
-  return {};
-}
-
 }  // namespace tonus::scheduler::testing

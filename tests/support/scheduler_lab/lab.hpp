@@ -9,7 +9,6 @@
 #include <vector>
 
 #include "services/core/clock.hpp"
-#include "services/scheduler/journal_storage.hpp"
 #include "services/scheduler/session_machine.hpp"
 
 namespace tonus::scheduler::testing {
@@ -125,23 +124,5 @@ class Lab {
 
 /// Planned trials that a journal's records count, with how often each.
 [[nodiscard]] std::map<std::uint32_t, int> counted_trials(const std::vector<Record>& records);
-
-/// Octets in memory. After `fails_after` syncs every further operation fails, and an append leaves
-/// `torn_bytes`.
-class MemoryStorage final : public JournalStorage {
- public:
-  explicit MemoryStorage(std::shared_ptr<std::string> octets, int fails_after = -1,
-                         std::size_t torn_bytes = 0)
-      : octets_(std::move(octets)), fails_after_(fails_after), torn_bytes_(torn_bytes) {}
-  Result<std::string> read_all() override { return *octets_; }
-  Result<void> append(std::string_view octets) override;
-  Result<void> sync() override;
-  Result<void> truncate(std::size_t size) override;
-
- private:
-  std::shared_ptr<std::string> octets_;
-  int fails_after_;
-  std::size_t torn_bytes_;
-};
 
 }  // namespace tonus::scheduler::testing

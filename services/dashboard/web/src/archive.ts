@@ -238,13 +238,14 @@ async function show(id: string): Promise<void> {
     const reviews = new Map<string, TrialReview>();
     for (const review of await messages<TrialReview>(base, "trial/review", "trial/review", "TrialReview")) keepNewest(reviews, hex(review.trial_id), review);
     const notes = await messages<SessionNote>(base, "session/note", "session/note", "SessionNote");
+    const [plan] = await messages<SessionPlan>(base, "session/plan", "session/plan", "SessionPlan");
     const byAttempt = new Map(verdicts.map((verdict) => [verdict.attempt, verdict]));
     const c = found.certificate;
     setText(
       facts,
       `${found.subject}, ${found.protocol}, seed ${found.seed}, started ${found.started_at}, version ${found.software_version}. ` +
         `${state ? `${nameOf(sessionPhaseNames, state.phase)}: ${state.counted} of ${state.planned} trials counted, ${state.rejected} rejected` : "its state is not in the archive"}. ` +
-        `${found.trials.length} trials; samples: ${c.expected} expected, ${c.received} received, ${c.resent} resent, ${c.missing} missing.`,
+        `${plan ? originOf(plan) : ""}${found.trials.length} trials; samples: ${c.expected} expected, ${c.received} received, ${c.resent} resent, ${c.missing} missing.`,
     );
     facts.dataset["session"] = id;
     trials = found.trials.map((trial) => ({ trial, verdict: byAttempt.get(trial.attempt), review: reviews.get(trial.trial_id) }));
@@ -257,7 +258,6 @@ async function show(id: string): Promise<void> {
     chosen = chosen.filter((other) => other !== id);
     showList();
     void compare();
-    const [plan] = await messages<SessionPlan>(base, "session/plan", "session/plan", "SessionPlan");
     view.clear();
     view.setPlan(plan);
     view.root.hidden = false;
@@ -267,6 +267,12 @@ async function show(id: string): Promise<void> {
   } catch (error) {
     setText(detail.age, (error as Error).message);
   }
+}
+
+/// Operator, study and pilot mode, as far as the plan has them.
+function originOf({ operator_name, study, is_pilot }: SessionPlan): string {
+  const parts = [operator_name && `operator ${operator_name}`, study && `study ${study}`, is_pilot && "a pilot, no part of a study's results"].filter((part) => part);
+  return parts.length > 0 ? `${parts.join(", ")}. ` : "";
 }
 
 let shownTrial = 0; // attempt; 0: none
@@ -330,8 +336,8 @@ async function showTrial({ trial, verdict, review }: ShownTrial): Promise<void> 
     const lost = missing > 0 ? ` ${missing} samples of this trial are missing.` : "";
     const program = shown?.outcomes.find((outcome) => outcome.program.attempt === trial.attempt)?.program;
     const fit = course && program && fitFor(newestOf(shown?.estimates ?? [], (estimate) => hex(estimate.estimate_id)), program, course);
-    const excursion = found.displacement_unit === "m" ? limitsIn(verdict?.detail ?? "").excursion_m : undefined;
-    drawn.show({ attempt: trial.attempt, text, course, excursion, fit, note: courseNote(before.length) + lost }, before, { displacement: found.displacement_unit, force: found.force_unit });
+    const limits = found.displacement_unit === "m" ? limitsIn(verdict?.detail ?? "") : undefined;
+    drawn.show({ attempt: trial.attempt, text, course, limits, fit, note: courseNote(before.length) + lost }, before, { displacement: found.displacement_unit, force: found.force_unit });
   } catch (error) {
     drawn.show({ attempt: trial.attempt, text, note: (error as Error).message }, [], units);
   }

@@ -12,12 +12,15 @@ export interface SessionFacts {
   seed: string;
   started_at: string;
   software_version: string;
+  operator: string;
+  study: string;
+  is_pilot: string; // yes or no
 }
 
-export const noFacts: SessionFacts = { subject: "", protocol: "", seed: "", started_at: "", software_version: "" };
+export const noFacts: SessionFacts = { subject: "", protocol: "", seed: "", started_at: "", software_version: "", operator: "", study: "", is_pilot: "" };
 
 const heads = [
-  "session", "subject", "protocol", "seed", "started_at", "software_version", "condition", "posture_x_m", "posture_y_m", "bias_x_N", "bias_y_N", "set", "instruction", "method", "model",
+  "session", "subject", "protocol", "seed", "started_at", "software_version", "operator", "study", "is_pilot", "condition", "posture_x_m", "posture_y_m", "bias_x_N", "bias_y_N", "set", "instruction", "method", "model",
   "status", "reasons", "trials_used", "trials_rejected",
   ...["M_kg", "B_Ns_per_m", "K_N_per_m"].flatMap((matrix) =>
     elementNames.flatMap((name) => ["", "_se", "_low95", "_high95"].map((what) => `${matrix}_${name}${what}`)),
@@ -44,7 +47,7 @@ function fieldsOf(estimate: Estimate, facts: SessionFacts): (string | number)[] 
     return elementNames.flatMap((_, i) => [value[i]!, standard_error[i]!, low95[i]!, high95[i]!]);
   });
   return [
-    hex(estimate.session_id), facts.subject, facts.protocol, facts.seed, facts.started_at, facts.software_version,
+    hex(estimate.session_id), facts.subject, facts.protocol, facts.seed, facts.started_at, facts.software_version, facts.operator, facts.study, facts.is_pilot,
     conditionOf(estimate), ...estimate.posture_m, ...estimate.bias_N, estimate.set_number, estimate.instruction,
     estimate.method, estimate.model, nameOf(statusNames, estimate.status), estimate.reasons.join("; "), estimate.trials_used,
     estimate.trials_rejected, ...numbers, ...ellipseFields(estimate), ...estimate.spring_centre_m.value, ...estimate.sigma_N,

@@ -196,8 +196,8 @@ function showLastTrial(): void {
   const verdict = found?.verdict;
   const text = verdict ? [found.program?.posture ?? "", verdictWord(verdict, found.review)].filter((part) => part !== "").join(", ") : "";
   const units = { displacement: desk.description?.displacement_unit ?? "m", force: desk.description?.force_unit ?? "N" };
-  const excursion = units.displacement === "m" ? limitsIn(verdict?.detail ?? "").excursion_m : undefined;
-  trialChart.show(verdict && { attempt: verdict.attempt, text, course, excursion, fit: fitted }, before, units);
+  const limits = units.displacement === "m" ? limitsIn(verdict?.detail ?? "") : undefined;
+  trialChart.show(verdict && { attempt: verdict.attempt, text, course, limits, fit: fitted }, before, units);
 }
 
 setInterval(() => {

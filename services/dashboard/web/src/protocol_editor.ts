@@ -13,6 +13,7 @@ interface Entry {
 
 /// A table, or each of a list of tables.
 interface Section {
+  parent: string; // the list in whose tables it is; "" of the document's own
   name: string; // "" of the root
   isList: boolean;
   keys: ProtocolKey[];
@@ -71,17 +72,19 @@ export class ProtocolEditor {
   #sections(): Section[] {
     const sections = new Map<string, Section>();
     for (const key of this.#keys) {
-      const { table, isList } = placeOf(key.name);
-      const section = sections.get(table) ?? { name: table, isList, keys: [] };
+      const { parent, table, isList } = placeOf(key.name);
+      const path = `${parent}.${table}`;
+      const section = sections.get(path) ?? { parent, name: table, isList, keys: [] };
       section.keys.push(key);
-      sections.set(table, section);
+      sections.set(path, section);
     }
     return [...sections.values()];
   }
 
   #build(): void {
     this.#entries.clear();
-    this.root.replaceChildren(this.#general, ...this.#sections().flatMap((section) => (section.isList ? this.#list(section) : [this.#table(section, section.name, section.name === "" ? this.#document : this.#own(section.name))])));
+    const own = this.#sections().filter(({ parent }) => parent === "");
+    this.root.replaceChildren(this.#general, ...own.flatMap((section) => (section.isList ? this.#list(section, this.#document, "") : [this.#table(section, section.name, section.name === "" ? this.#document : this.#own(section.name))])));
   }
 
   /// The table of this name; made where the document has none.
@@ -90,25 +93,29 @@ export class ProtocolEditor {
     return this.#document[name] as Table;
   }
 
-  #list(section: Section): HTMLElement[] {
-    const tables = listIn(this.#document, section.name);
-    const add = el("button", { type: "button", "data-add": section.name }, `Add ${section.name}`);
+  /// `owner` has the list; `path` is what stands before its name, "" or "recording[1].".
+  #list(section: Section, owner: Table, path: string): HTMLElement[] {
+    const tables = listIn(owner, section.name);
+    const full = `${path}${section.name}`;
+    const add = el("button", { type: "button", "data-add": full }, `Add ${section.name}`);
     add.addEventListener("click", () => {
-      this.#document[section.name] = [...tables, {}];
+      owner[section.name] = [...tables, {}];
       this.#build();
       this.#changed();
-      this.root.querySelector<HTMLElement>(`[data-key="${section.name}[${tables.length + 1}].${placeOf(section.keys[0]!.name).key}"]`)?.focus();
+      this.root.querySelector<HTMLElement>(`[data-key="${full}[${tables.length + 1}].${placeOf(section.keys[0]!.name).key}"]`)?.focus();
     });
     return [
       ...tables.map((table, i) => {
-        const made = this.#table(section, `${section.name}[${i + 1}]`, table);
-        const remove = el("button", { type: "button", "data-remove": `${section.name}[${i + 1}]` }, `Remove ${section.name} ${i + 1}`);
+        const title = `${full}[${i + 1}]`;
+        const made = this.#table(section, title, table);
+        const remove = el("button", { type: "button", "data-remove": title }, `Remove ${section.name} ${i + 1}`);
         remove.addEventListener("click", () => {
-          this.#document[section.name] = tables.filter((_, k) => k !== i);
+          owner[section.name] = tables.filter((_, k) => k !== i);
           this.#build();
           this.#changed();
         });
-        made.append(remove);
+        const inside = this.#sections().filter(({ parent, isList }) => isList && parent === section.name);
+        made.append(...inside.flatMap((one) => this.#list(one, table, `${title}.`)), remove);
         return made;
       }),
       el("p", {}, add),

@@ -54,11 +54,13 @@ export function enteredText(value: Value | undefined): string {
   return Array.isArray(value) ? value.map(String).join(", ") : typeof value === "object" ? "" : String(value);
 }
 
-/// The parts of a key's name: table, whether it is a list of tables, and key.
-export function placeOf(name: string): { table: string; isList: boolean; key: string } {
+/// The parts of a key's name: the list in whose tables its own table is, that table, whether it is a list of tables, and key.
+export function placeOf(name: string): { parent: string; table: string; isList: boolean; key: string } {
   const dot = name.lastIndexOf(".");
-  const table = dot < 0 ? "" : name.slice(0, dot);
-  return { table: table.replace(/\[\]$/, ""), isList: table.endsWith("[]"), key: name.slice(dot + 1) };
+  const path = dot < 0 ? "" : name.slice(0, dot);
+  const nested = path.lastIndexOf("[].");
+  const table = nested < 0 ? path : path.slice(nested + 3);
+  return { parent: nested < 0 ? "" : path.slice(0, nested), table: table.replace(/\[\]$/, ""), isList: path.endsWith("[]"), key: name.slice(dot + 1) };
 }
 
 /// A text of the document; empty where there is none.
@@ -74,10 +76,14 @@ const isListOfTables = (value: Value): value is Table[] => Array.isArray(value) 
 export function tomlOf(document: Table): string {
   const lines = keysOf(document);
   for (const [name, value] of Object.entries(document)) if (isTable(value)) lines.push("", `[${name}]`, ...keysOf(value));
-  for (const [name, value] of Object.entries(document))
-    if (isListOfTables(value)) for (const table of value) lines.push("", `[[${name}]]`, ...keysOf(table));
-  return lines.join("\n") + "\n";
+  return [...lines, ...listsOf(document, "")].join("\n") + "\n";
 }
+
+/// The lists of tables in a table, each with those in its own tables.
+const listsOf = (table: Table, path: string): string[] =>
+  Object.entries(table).flatMap(([name, value]) =>
+    isListOfTables(value) ? value.flatMap((one) => ["", `[[${path}${name}]]`, ...keysOf(one), ...listsOf(one, `${path}${name}.`)]) : [],
+  );
 
 const keysOf = (table: Table): string[] =>
   Object.entries(table).flatMap(([key, value]) => (isTable(value) || isListOfTables(value) ? [] : [`${key} = ${literal(value)}`]));

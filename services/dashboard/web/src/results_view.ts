@@ -109,7 +109,7 @@ export class ResultsView {
   /// Of the session that is shown; undefined where it is not known.
   setPlan(plan: SessionPlan | undefined): void {
     this.#facts = plan
-      ? { subject: plan.subject, protocol: plan.protocol_name, seed: String(plan.seed), started_at: plan.started_at, software_version: plan.software_version }
+      ? { subject: plan.subject, protocol: plan.protocol_name, seed: String(plan.seed), started_at: plan.started_at, software_version: plan.software_version, operator: plan.operator_name, study: plan.study, is_pilot: plan.is_pilot ? "yes" : "no" }
       : noFacts;
     this.#planned = new Map(plan?.postures.map(({ name, trials }) => [name, trials]));
     this.#renderSoon();

@@ -290,7 +290,12 @@ function mark(plot: uPlot, marks: readonly Mark[], ink: string): void {
     const x = plot.valToPos(time, "x", true);
     if (x < left || x > left + width) continue;
     context.fillRect(x, top, devicePixelRatio, height);
-    context.fillText(text.length > LONGEST_MARK ? `${text.slice(0, LONGEST_MARK - 1)}…` : text, x + 3 * devicePixelRatio, top + (1 + FLAG_ROW * (i % FLAG_ROWS)) * devicePixelRatio);
+    const flag = text.length > LONGEST_MARK ? `${text.slice(0, LONGEST_MARK - 1)}…` : text;
+    const room = 3 * devicePixelRatio;
+    const length = context.measureText(flag).width;
+    // To the left of its line where it would leave the plot.
+    const at = x + room + length > left + width ? x - room - length : x + room;
+    context.fillText(flag, at, top + (1 + FLAG_ROW * (i % FLAG_ROWS)) * devicePixelRatio);
   }
   context.restore();
 }

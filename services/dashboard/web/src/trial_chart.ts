@@ -3,6 +3,7 @@
 import { el, panel, setText, svg } from "./dom";
 import { rootMeanSquare, type Fit } from "./fit_overlay";
 import { AFTER_S, BEFORE_S, type Course } from "./trial_recorder";
+import type { VerdictLimits } from "./trial_words";
 
 // In units of about a pixel, so that a phone's letters are as large as a desk's.
 const WIDTH = matchMedia("(max-width: 600px)").matches ? 340 : 640;
@@ -14,10 +15,17 @@ export interface ShownTrial {
   text: string; // posture, verdict
   course?: Course;
   note?: string; // in place of the usual one
-  /// The rig's units, about the place at the onset: what the verdict allows.
-  excursion?: number;
+  /// What the verdict allows; undefined where it does not say so, and of a rig that has no m and N.
+  limits?: VerdictLimits;
   /// What an estimate gives, and which one that is.
   fit?: Fit & { of: string };
+}
+
+/// What is allowed, to both sides of zero, between two times from the onset.
+interface Band {
+  half: number | undefined;
+  from: number;
+  to: number;
 }
 
 const isInside = (time: number): boolean => time >= -BEFORE_S && time <= AFTER_S;
@@ -27,8 +35,8 @@ export const courseNote = (before: number): string => `Solid: x; dashed: y. Fain
 
 /// What is drawn besides: the band and the fit.
 function furtherNote(trial: ShownTrial, unit: string): string {
-  const { excursion, fit } = trial;
-  const band = excursion === undefined ? "" : " Band: as far as the verdict allows.";
+  const { limits, fit } = trial;
+  const band = limits?.excursion_m === undefined && limits?.rest_force_N === undefined ? "" : " Bands: what the verdict allows.";
   return fit ? `${band} Thick and pale: ${fit.of}; its residual is ${rootMeanSquare(fit.residual).toFixed(3)} ${unit} (RMS).` : band;
 }
 
@@ -61,24 +69,26 @@ export class TrialChart {
     const scale = units.displacement === "m" ? 1000 : 1;
     const displacement = units.displacement === "m" ? "mm" : units.displacement;
     const fit = trial?.course && trial.fit;
-    this.#draw(0, `displacement (${displacement})`, before, trial?.course, (course) => course.displacement, scale, { band: trial?.excursion });
-    this.#draw(1, `force (${units.force})`, before, trial?.course, (course) => course.force, 1, { fit: fit && { ...trial.course!, force: fit.force } });
+    this.#draw(0, `displacement (${displacement})`, before, trial?.course, (course) => course.displacement, scale, { band: { half: trial?.limits?.excursion_m, from: 0, to: AFTER_S } });
+    this.#draw(1, `force (${units.force})`, before, trial?.course, (course) => course.force, 1, { band: { half: trial?.limits?.rest_force_N, from: -BEFORE_S, to: 0 }, fit: fit && { ...trial.course!, force: fit.force } });
     this.#draw(2, `residual (${units.force})`, [], fit && { ...trial.course!, force: fit.residual }, (course) => course.force, 1, {});
   }
 
-  #draw(i: 0 | 1 | 2, title: string, before: readonly Course[], course: Course | undefined, of: (course: Course) => [number[], number[]], scale: number, { band, fit }: { band?: number; fit?: Course }): void {
+  #draw(i: 0 | 1 | 2, title: string, before: readonly Course[], course: Course | undefined, of: (course: Course) => [number[], number[]], scale: number, { band, fit }: { band?: Band; fit?: Course }): void {
     const drawing = this.#drawings[i]!;
     drawing.setAttribute("aria-label", title);
     const all = [...before, ...(course ? [course] : [])];
-    if (band !== undefined) this.#ranges[i] = Math.max(this.#ranges[i], scale * band);
+    if (band?.half !== undefined) this.#ranges[i] = Math.max(this.#ranges[i], scale * band.half);
     for (const one of [...all, ...(fit ? [fit] : [])])
       for (const series of of(one)) series.forEach((value, k) => { if (isInside(one.times[k]!) && Number.isFinite(value)) this.#ranges[i] = Math.max(this.#ranges[i], Math.abs(scale * value)); });
     const half = 1.05 * this.#ranges[i];
     const middle = (HEIGHT + BOX.top - BOX.bottom) / 2;
     const y = (value: number): number => middle - (value / half) * (HEIGHT - BOX.top - BOX.bottom) * 0.5;
     drawing.replaceChildren(svg("text", { x: 4, y: 15, class: "small" }, title));
-    if (band !== undefined)
-      drawing.append(svg("rect", { class: "allowed", x: BOX.left, width: WIDTH - BOX.left - BOX.right, y: y(scale * band), height: y(-scale * band) - y(scale * band) }));
+    if (band?.half !== undefined) {
+      const top = y(scale * band.half);
+      drawing.append(svg("rect", { class: "allowed", x: x(band.from), width: x(band.to) - x(band.from), y: top, height: y(-scale * band.half) - top }));
+    }
     for (const value of [half, 0, -half]) {
       drawing.append(
         svg("path", { class: "axis", d: `M ${BOX.left} ${y(value)} H ${WIDTH - BOX.right}` }),

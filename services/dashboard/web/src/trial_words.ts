@@ -29,14 +29,25 @@ export function keepNewest<T extends { reviewed_ns: bigint }>(reviews: Map<strin
   if (!known || review.reviewed_ns >= known.reviewed_ns) reviews.set(id, review);
 }
 
-/// m, from rest; undefined where the verdict does not name it.
+/// From the mean of the rest; undefined where the verdict does not name it.
 export interface VerdictLimits {
-  excursion_m?: number;
+  excursion_m?: number; // after the onset
+  rest_force_N?: number; // before the onset, of an unloaded trial
 }
 
-/// As the judge's line has them: "moved 6.1 mm (15.0)" of a valid trial, "hand moved 17.0 mm, allowed 15.0 mm".
+/// The first group that matched, as a number.
+function limitOf(pattern: RegExp, detail: string): number | undefined {
+  const found = pattern.exec(detail)?.slice(1).find((group) => group !== undefined);
+  return found === undefined ? undefined : Number(found);
+}
+
+/// As the judge's line has them: "and 0.10 N (1.00), moved 6.1 mm (15.0)" of a valid trial, "1.20 N before the onset, allowed
+/// 1.00 N" and "hand moved 17.0 mm, allowed 15.0 mm" of another.
 export function limitsIn(detail: string): VerdictLimits {
-  const found = /moved [\d.]+ mm(?: \(([\d.]+)\)|, allowed ([\d.]+) mm)/.exec(detail);
-  const millimetres = Number(found?.[1] ?? found?.[2]);
-  return Number.isFinite(millimetres) ? { excursion_m: millimetres / 1000 } : {};
+  const millimetres = limitOf(/moved [\d.]+ mm(?: \(([\d.]+)\)|, allowed ([\d.]+) mm)/, detail);
+  const newtons = limitOf(/and [\d.]+ N \(([\d.]+)\)|[\d.]+ N before the onset, allowed ([\d.]+) N/, detail);
+  return {
+    ...(millimetres === undefined ? {} : { excursion_m: millimetres / 1000 }),
+    ...(newtons === undefined ? {} : { rest_force_N: newtons }),
+  };
 }

@@ -151,7 +151,7 @@ TEST(TrialFromRows, RefusesARateThatCannotBe) {
   measured.report.sample_rate = 0.0;
   const auto trial = convert_all(measured);
   ASSERT_FALSE(trial);
-  EXPECT_THAT(trial.error().message, HasSubstr("sample rate 0 Hz, allowed is more than 0 Hz"));
+  EXPECT_THAT(trial.error().message, HasSubstr("sample rate 0 Hz is not allowed; expected more than 0 Hz"));
 }
 
 }  // namespace

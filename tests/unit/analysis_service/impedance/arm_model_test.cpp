@@ -100,7 +100,7 @@ TEST(ArmModel, RefusesAPositionOutOfReach) {
   const auto result = forward_model(typical_arm(), {}, {}, {0.5, 0.5});
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
-  EXPECT_NE(result.error().message.find("allowed is 0.05"), std::string::npos) << result.error().message;
+  EXPECT_NE(result.error().message.find("expected 0.05"), std::string::npos) << result.error().message;
 }
 
 TEST(ArmModel, FindsRadiiFromMassAndCircumference) {

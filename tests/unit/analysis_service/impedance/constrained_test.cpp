@@ -72,7 +72,8 @@ TEST(Constrained, RefusesAnEstimateWithoutNumbersOrOfAnotherModel) {
   options.model = Model::kNoDamping;
   const Estimate e = identify(simulate(typical_subject(), SimulatedRig{}, directions(), 1), options).value();
   EXPECT_EQ(constrain(e, e.value.M, e.value.K).error().message,
-            "constrained fit: estimate is suspect of model no_damping, allowed is a determined one of model "
+            "constrained fit: estimate: suspect of model no_damping is not allowed; expected a determined "
+            "one of model "
             "linear");
 }
 

@@ -129,10 +129,7 @@ TEST(EllipseIntervals, HullHoldsBothAndKnowsThatAHalfTurnIsTheSameAxis) {
 }
 
 TEST(MatrixUncertainty, HasTheVariancesOfTheElementsRowByRowByEveryMethod) {
-  SimulatedRig rig;
-  rig.rise = 0.1;
-  rig.is_command_recorded = true;
-  const auto trials = simulate(typical_subject(), rig, directions(), 3);
+  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
   for (const Method method : kPerturbationMethods) {
     Options options;
     options.method = method;

@@ -218,19 +218,19 @@ TEST(Identify, LeavesOutATrialThatEndsBeforeTheWindow) {
 TEST(Identify, RefusesTrialsThatDoNotBelongTogether) {
   auto trials = reference_trials();
   trials[1].number = 1;
-  EXPECT_EQ(identify(trials, Options{}).error().message,
-            "trial 1: the number is there twice, allowed is once");
+  EXPECT_EQ(identify(trials, Options{}).error().message, "trial 1: the number occurs twice; expected once");
   trials = reference_trials();
   trials[2].sample_period = 0.004;
   EXPECT_EQ(identify(trials, Options{}).error().message,
-            "trial 3: sample period is 0.004 s, allowed is 0.005 s as in trial 1");
+            "trial 3: sample period: 0.004 s is not allowed; expected 0.005 s as in trial 1");
   trials = reference_trials();
   trials[3].force = trials[3].force.topRows(10).eval();
   EXPECT_EQ(identify(trials, Options{}).error().message,
-            "trial 4: force has 10 x 2 values, allowed is 120 x 2 as the displacement");
+            "trial 4: force: 10 x 2 values are not allowed; expected 120 x 2 as the displacement");
   trials = reference_trials();
   trials[0].onset = 120;
-  EXPECT_EQ(identify(trials, Options{}).error().message, "trial 1: onset at sample 120, allowed is 0 to 119");
+  EXPECT_EQ(identify(trials, Options{}).error().message,
+            "trial 1: onset at sample 120 is not allowed; expected 0 to 119");
 }
 
 }  // namespace

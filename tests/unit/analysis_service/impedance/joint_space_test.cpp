@@ -138,7 +138,7 @@ TEST(JointSpace, RefusesTooLittleToFit) {
   EXPECT_FALSE(fit_hypothesis({}, Hypothesis::kSS));
   const JointMatrices one;
   EXPECT_EQ(fit_hypothesis({&one, 1}, Hypothesis::kMS).error().message,
-            "hypothesis MS: 1 elements for constant 1, allowed is 2 or more");
+            "hypothesis MS: 1 elements for constant 1 are not allowed; expected 2 or more");
   const PostureImpedance far{{0.0, 0.9}, {}};
   EXPECT_FALSE(joint_matrices({&far, 1}, typical_arm().links()));
 }

@@ -75,11 +75,11 @@ TEST(LinkMasses, StateTheStandardDeviationTheyHave) {
 
 TEST(LinkMasses, RefuseWhatTheyCannotBeFittedTo) {
   EXPECT_EQ(fit_link_masses({}, size_of(typical_arm())).error().message,
-            "link masses: 0 postures to fit, allowed is 1 or more");
+            "link masses: 0 postures to fit are not allowed; expected 1 or more");
   auto postures = matrices_of(typical_arm());
   postures[0].position = {0.0, 0.8};
   EXPECT_EQ(fit_link_masses(postures, size_of(typical_arm())).error().message,
-            "link masses: posture at 0.8 m from the shoulder, allowed is 0.05 to 0.65 m");
+            "link masses: posture at 0.8 m from the shoulder is not allowed; expected 0.05 to 0.65 m");
   EXPECT_FALSE(fit_link_masses(matrices_of(typical_arm()), {0.0, 0.35, {}, {}}));
 }
 

@@ -13,13 +13,6 @@
 namespace tonus::impedance::test {
 namespace {
 
-SimulatedRig rig_with_command() {
-  SimulatedRig rig;
-  rig.rise = 0.1;
-  rig.is_command_recorded = true;
-  return rig;
-}
-
 Options by(Method method) {
   Options options;
   options.method = method;

@@ -18,13 +18,15 @@ TEST(Options, AreThePublishedSettingsByDefault) {
 
 TEST(Options, AreRefusedOutsideTheirLimitsWithNameValueAndLimit) {
   const std::pair<std::function<void(Options&)>, const char*> cases[] = {
-      {[](Options& o) { o.window = 0.0; }, "window is 0, allowed is 0.05 to 3600 s"},
-      {[](Options& o) { o.cutoff = 100.0; }, "cutoff is 100, allowed is more than 0 and less than 100 Hz"},
+      {[](Options& o) { o.window = 0.0; }, "window: 0 is not allowed; expected 0.05 to 3600 s"},
+      {[](Options& o) { o.cutoff = 100.0; },
+       "cutoff: 100 is not allowed; expected more than 0 and less than 100 Hz"},
       {[](Options& o) { o.natural_frequency = -1.0; },
-       "natural frequency is -1, allowed is more than 0 and less than 100 Hz"},
-      {[](Options& o) { o.damping_ratio = 0.0; }, "damping ratio is 0, allowed is more than 0, at most 1"},
-      {[](Options& o) { o.rank_margin = 1.0; }, "rank margin is 1, allowed is between 0 and 1"},
-      {[](Options& o) { o.block = 0.0; }, "block is 0, allowed is 0.05 to 3600 s"},
+       "natural frequency: -1 is not allowed; expected more than 0 and less than 100 Hz"},
+      {[](Options& o) { o.damping_ratio = 0.0; },
+       "damping ratio: 0 is not allowed; expected more than 0, at most 1"},
+      {[](Options& o) { o.rank_margin = 1.0; }, "rank margin: 1 is not allowed; expected between 0 and 1"},
+      {[](Options& o) { o.block = 0.0; }, "block: 0 is not allowed; expected 0.05 to 3600 s"},
   };
   for (const auto& [spoil, message] : cases) {
     Options options;
@@ -38,8 +40,9 @@ TEST(Options, AreRefusedOutsideTheirLimitsWithNameValueAndLimit) {
 TEST(Options, KnowMethodsAndModelsByName) {
   for (const Method method : kEveryMethod) EXPECT_EQ(method_named(name_of(method)).value(), method);
   for (const Model model : kModels) EXPECT_EQ(model_named(name_of(model)).value(), model);
-  EXPECT_EQ(method_named("kalman").error().message,
-            "method is 'kalman', allowed is one of lowpass, optimal, state_variable, refined, spectral");
+  EXPECT_EQ(
+      method_named("kalman").error().message,
+      "method: 'kalman' is not allowed; expected one of lowpass, optimal, state_variable, refined, spectral");
 }
 
 TEST(Options, OfferEachMethodForTheDataThatItSuits) {

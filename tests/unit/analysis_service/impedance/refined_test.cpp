@@ -8,13 +8,6 @@
 namespace tonus::impedance::test {
 namespace {
 
-SimulatedRig rig_with_command() {
-  SimulatedRig rig;
-  rig.rise = 0.1;
-  rig.is_command_recorded = true;
-  return rig;
-}
-
 Options refined() {
   Options options;
   options.method = Method::kRefined;

@@ -237,7 +237,7 @@ TEST(StreamingIdentifier, RefusesWhatItCannotDoLive) {
   Options options;
   options.method = Method::kOptimal;
   EXPECT_EQ(StreamingIdentifier::create(options, preparation()).error().message,
-            "streaming: method is optimal, allowed is state_variable");
+            "streaming: method: optimal is not allowed; expected state_variable");
   options = {};
   options.model = Model::kCoriolis;
   EXPECT_FALSE(StreamingIdentifier::create(options, preparation()));

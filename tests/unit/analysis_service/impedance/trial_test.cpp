@@ -68,8 +68,7 @@ TEST(PrepareTrial, RefusesAGap) {
   const auto result = prepare_trial(1, gap, 3, preparation());
   ASSERT_FALSE(result);
   EXPECT_EQ(result.error().code, ErrorCode::kDataLoss);
-  EXPECT_EQ(result.error().message,
-            "trial: sample 5 comes 0.01 s after the one before it, allowed is 0.005 s");
+  EXPECT_EQ(result.error().message, "trial: sample 5 comes 0.01 s after the one before it; expected 0.005 s");
 }
 
 TEST(PrepareTrial, RefusesAValueThatIsNotFinite) {
@@ -80,18 +79,19 @@ TEST(PrepareTrial, RefusesAValueThatIsNotFinite) {
 
 TEST(PrepareTrial, RefusesAnOnsetWithoutRestOrBeyondTheEnd) {
   EXPECT_EQ(prepare_trial(4, samples(10), 0, preparation()).error().message,
-            "trial 4: onset at sample 0, allowed is 1 to 9");
+            "trial 4: onset at sample 0 is not allowed; expected 1 to 9");
   EXPECT_EQ(prepare_trial(4, samples(10), 10, preparation()).error().message,
-            "trial 4: onset at sample 10, allowed is 1 to 9");
+            "trial 4: onset at sample 10 is not allowed; expected 1 to 9");
 }
 
 TEST(PrepareTrial, RefusesAPreparationOutsideItsLimits) {
   Preparation p = preparation();
   p.axes = 3;
-  EXPECT_EQ(validate(p).error().message, "preparation: axes is 3, allowed is 1 or 2");
+  EXPECT_EQ(validate(p).error().message, "preparation: axes: 3 is not allowed; expected 1 or 2");
   p = preparation();
   p.handle_mass = -0.1;
-  EXPECT_EQ(validate(p).error().message, "preparation: handle mass is -0.1, allowed is 0 kg or more");
+  EXPECT_EQ(validate(p).error().message,
+            "preparation: handle mass: -0.1 is not allowed; expected 0 kg or more");
   p = preparation();
   p.rest = 0.0;
   EXPECT_FALSE(validate(p));

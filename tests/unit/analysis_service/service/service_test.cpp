@@ -242,6 +242,29 @@ class IdentificationServiceTest : public ::testing::Test {
     });
   }
 
+  /// Every trial, with all its rows, until the service has judged it.
+  void measure_all(IdentificationService& service, Peers& peers) {
+    for (const auto& trial : trials_) {
+      peers.send_rows(trial, trial.report.range);
+      peers.report(trial);
+    }
+    (void)receive(service, peers.verdicts, trials_.size());
+  }
+
+  /// Sends the rows that were asked for.
+  void answer_resends(Peers& peers) {
+    for (const auto& received : runtime::drain(peers.resends)) {
+      const auto& request = received.value;
+      for (const auto& trial : trials_) {
+        if (trial.report.range.first <= request.last_sequence() &&
+            trial.report.range.last() >= request.first_sequence()) {
+          peers.send_rows(
+              trial, SequenceRange::from_first_to_last(request.first_sequence(), request.last_sequence()));
+        }
+      }
+    }
+  }
+
   std::shared_ptr<bus::MemoryFabric> fabric_ = std::make_shared<bus::MemoryFabric>();
   SystemClock clock_;
   std::unique_ptr<bus::Bus> bus_;
@@ -311,11 +334,7 @@ TEST_F(IdentificationServiceTest, LeavesOutWhatAnOperatorRejectedAlsoAfterAResta
   Peers peers(fabric_);
   peers.introduce();
   ASSERT_TRUE(becomes_ready(*service, peers));
-  for (const auto& trial : trials_) {
-    peers.send_rows(trial, trial.report.range);
-    peers.report(trial);
-  }
-  (void)receive(*service, peers.verdicts, trials_.size());
+  measure_all(*service, peers);
   v1::Estimate revised;
   const auto has_revised = [&] {
     for (auto& received : runtime::drain(peers.estimates)) revised = received.value;
@@ -334,16 +353,7 @@ TEST_F(IdentificationServiceTest, LeavesOutWhatAnOperatorRejectedAlsoAfterAResta
   revised = {};
   ASSERT_TRUE(eventually([&] {
     service->step();
-    for (const auto& received : runtime::drain(peers.resends)) {
-      const auto& request = received.value;
-      for (const auto& trial : trials_) {
-        if (trial.report.range.first <= request.last_sequence() &&
-            trial.report.range.last() >= request.first_sequence()) {
-          peers.send_rows(
-              trial, SequenceRange::from_first_to_last(request.first_sequence(), request.last_sequence()));
-        }
-      }
-    }
+    answer_resends(peers);
     return has_revised();
   }));
   EXPECT_EQ(revised.stiffness_N_per_m().value(), before.stiffness_N_per_m().value());
@@ -355,11 +365,7 @@ TEST_F(IdentificationServiceTest, ComesToTheSameEstimateAfterARestart) {
   Peers peers(fabric_);
   peers.introduce();
   ASSERT_TRUE(becomes_ready(*service, peers));
-  for (const auto& trial : trials_) {
-    peers.send_rows(trial, trial.report.range);
-    peers.report(trial);
-  }
-  (void)receive(*service, peers.verdicts, trials_.size());
+  measure_all(*service, peers);
   v1::Estimate before;
   ASSERT_TRUE(eventually([&] {
     service->step();
@@ -372,16 +378,7 @@ TEST_F(IdentificationServiceTest, ComesToTheSameEstimateAfterARestart) {
   v1::Estimate after;
   ASSERT_TRUE(eventually([&] {
     service->step();
-    for (const auto& received : runtime::drain(peers.resends)) {
-      const auto& request = received.value;
-      for (const auto& trial : trials_) {
-        if (trial.report.range.first <= request.last_sequence() &&
-            trial.report.range.last() >= request.first_sequence()) {
-          peers.send_rows(
-              trial, SequenceRange::from_first_to_last(request.first_sequence(), request.last_sequence()));
-        }
-      }
-    }
+    answer_resends(peers);
     for (auto& received : runtime::drain(peers.estimates)) after = received.value;
     return after.trials_used() == trials_.size();
   }));

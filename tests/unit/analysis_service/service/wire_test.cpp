@@ -283,7 +283,7 @@ TEST(Wire, GivesLagBandUnitsAndChecksOfARecord) {
 
 TEST(Wire, GivesReasonsWithinTheirBound) {
   ConditionEstimate estimate;
-  estimate.refusal = "options: window is 0 s, allowed is more than 0 s";
+  estimate.refusal = "options: window: 0 s is not allowed; expected more than 0 s";
   for (std::uint32_t i = 0; i < 40; ++i) {
     estimate.estimate.trials_rejected.push_back({i, impedance::Reason::kShortTrial});
   }

@@ -115,7 +115,7 @@ TEST_F(CalibrateCommand, SpringIdentifiesABenchSpringAndComparesItWithItsNominal
   options_.nominal = 360.0;  // 17 % off.
   const auto wrong = run(check_spring, bench);
   ASSERT_FALSE(wrong);
-  EXPECT_NE(wrong.error().message.find("allowed are 5 %"), std::string::npos) << wrong.error().message;
+  EXPECT_NE(wrong.error().message.find("expected at most 5 %"), std::string::npos) << wrong.error().message;
 }
 
 TEST_F(CalibrateCommand, SpringLooksAlongTheDirectionInWhichTheSpringActs) {

@@ -25,11 +25,11 @@ TEST(Rig, OpensADriverOutOfASharedLibrary) {
 TEST(Rig, NamesTheFileThatADriverMisses) {
   RigOptions options;
   options.driver = "library";
-  EXPECT_EQ(refusal(options), "--driver library: --driver-file is missing, a shared library is needed");
+  EXPECT_EQ(refusal(options), "--driver library: --driver-file is missing; expected a shared library");
   options.driver_file = "/nowhere.so";
   EXPECT_EQ(refusal(options), "driver /nowhere.so: there is no such file");
   options.driver = "replay";
-  EXPECT_EQ(refusal(options), "--driver replay: --dataset is missing, a BIDS dataset is needed");
+  EXPECT_EQ(refusal(options), "--driver replay: --dataset is missing; expected a BIDS dataset");
 }
 
 TEST(RigOptions, AskForARealtimeLoopUnlessToldOtherwise) {

@@ -273,7 +273,7 @@ TEST(RigLoop, RefusesAConfigWithOneLine) {
   const auto loop = RigLoop::create(driver, LoopConfig{});
   ASSERT_FALSE(loop);
   EXPECT_EQ(loop.error().message,
-            "loop: sample_divider is 5, allowed is 1 for a recording: every row is a sample");
+            "loop: sample_divider: 5 is not allowed; expected 1 for a recording: every row is a sample");
 }
 
 }  // namespace

@@ -25,13 +25,14 @@ TEST(Validation, AcceptsTheDefaults) {
 TEST(Validation, NamesFieldValueAndWhatIsAllowed) {
   SafetyLimits limits;
   limits.force = 1000.0;
-  EXPECT_EQ(validate(limits).error().message, "limits: force_N is 1000, allowed is 0.5 to 100");
+  EXPECT_EQ(validate(limits).error().message, "limits: force_N: 1000 is not allowed; expected 0.5 to 100");
   LoopConfig config;
   config.rate = 8000.0;
-  EXPECT_EQ(validate(config).error().message, "loop: rate_Hz is 8000, allowed is 50 to 4000");
+  EXPECT_EQ(validate(config).error().message, "loop: rate_Hz: 8000 is not allowed; expected 50 to 4000");
   TrialProgram program = sound_program();
   program.wait = -1.0;
-  EXPECT_EQ(validate(program, SafetyLimits{}).error().message, "trial: wait_s is -1, allowed is 0 to 60");
+  EXPECT_EQ(validate(program, SafetyLimits{}).error().message,
+            "trial: wait_s: -1 is not allowed; expected 0 to 60");
 }
 
 TEST(Validation, RefusesValuesThatAreNotNumbers) {
@@ -51,23 +52,23 @@ TEST(Validation, RefusesAPostureThatTheWorkspaceDoesNotHold) {
   program.shoulder.origin.x() += 0.075;  // 75 mm off; the radius is 80 mm, the step needs 10 mm.
   const auto result = validate(program, SafetyLimits{});
   ASSERT_FALSE(result);
-  EXPECT_EQ(
-      result.error().message,
-      "trial: distance of the posture from the workspace's centre (m) is 0.075, allowed is at most 0.07 "
-      "(radius 0.08 less twice the amplitude)");
+  EXPECT_EQ(result.error().message,
+            "trial: distance of the posture from the workspace's centre (m): 0.075 is not allowed; expected "
+            "at most 0.07 "
+            "(radius 0.08 less twice the amplitude)");
 }
 
 TEST(Validation, RefusesABiasAboveHalfOfTheForceLimit) {
   TrialProgram program = sound_program();
   program.bias = {16.0, 0.0};
   EXPECT_EQ(validate(program, SafetyLimits{}).error().message,
-            "trial: bias (N) is 16, allowed is at most 15 (half of the force limit)");
+            "trial: bias (N): 16 is not allowed; expected at most 15 (half of the force limit)");
 }
 
 TEST(Validation, AsksARecordingsProgramForItsNumberAlone) {
   TrialProgram program;
   EXPECT_EQ(validate(program, SafetyLimits{}, false).error().message,
-            "trial: number is 0, allowed is 1 or more");
+            "trial: number: 0 is not allowed; expected 1 or more");
   program.number = 1;
   EXPECT_TRUE(validate(program, SafetyLimits{}, false));
 }

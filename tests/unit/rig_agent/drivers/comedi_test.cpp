@@ -165,7 +165,8 @@ TEST_F(ComediDriver, NamesWhatIsNotThere) {
   EXPECT_NE(configure_refusal().find("subdevice 3 of the force is of type"), std::string::npos);
   config_ = wiring();
   config_.motors[1].channel = 7;
-  EXPECT_NE(configure_refusal().find("channel of the motor is 7, allowed is 0 to 1"), std::string::npos);
+  EXPECT_NE(configure_refusal().find("channel of the motor: 7 is not allowed; expected 0 to 1"),
+            std::string::npos);
   config_ = wiring();
   config_.force[0].range = 3;
   EXPECT_NE(configure_refusal().find("force (subdevice 0, channel 0, range 3)"), std::string::npos);

@@ -24,7 +24,8 @@ TEST_P(DriverContract, RefusesAPeriodThatItCannotHaveAndStaysUnconfigured) {
     const auto result = driver_->configure(period);
     ASSERT_FALSE(result) << period;
     EXPECT_EQ(result.error().code, ErrorCode::kInvalidArgument);
-    EXPECT_NE(result.error().message.find("allowed is"), std::string::npos) << result.error().message;
+    EXPECT_NE(result.error().message.find("is not allowed; expected"), std::string::npos)
+        << result.error().message;
   }
   EXPECT_FALSE(driver_->activate());
 }

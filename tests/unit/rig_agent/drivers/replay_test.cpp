@@ -95,26 +95,26 @@ TEST(Replay, GivesMissingValuesAsTheyAre) {
 TEST(Replay, RefusesWhatCannotBePlayedWithOneLine) {
   Recording empty = recording_of(10);
   empty.rows.clear();
-  EXPECT_EQ(refusal(empty), "recording: rows are 0, allowed is 1 or more");
+  EXPECT_EQ(refusal(empty), "recording: rows: 0 is not allowed; expected 1 or more");
 
   Recording unsegmented = recording_of(10);
   unsegmented.segments.clear();
-  EXPECT_EQ(refusal(unsegmented), "recording: segments are 0, allowed is 1 or more");
+  EXPECT_EQ(refusal(unsegmented), "recording: segments: 0 is not allowed; expected 1 or more");
 
   Recording beyond = recording_of(10);
   beyond.segments[1].last = 10;
-  EXPECT_EQ(
-      refusal(beyond),
-      "recording: segment 1 has rows 6, 7, 10 (first, onset, last), allowed is first <= onset < last < 10");
+  EXPECT_EQ(refusal(beyond),
+            "recording: segment 1: rows 6, 7, 10 (first, onset, last) are not allowed; expected first <= "
+            "onset < last < 10");
 
   Recording backwards = recording_of(10);
   backwards.rows[3].raw.acquisition_ns = backwards.rows[2].raw.acquisition_ns;
-  EXPECT_EQ(
-      refusal(backwards),
-      "recording: acquisition_ns of row 3 is 1010000000, allowed is more than 1010000000 of the row before");
+  EXPECT_EQ(refusal(backwards),
+            "recording: acquisition_ns of row 3: 1010000000 is not allowed; expected more than 1010000000 of "
+            "the row before");
 
   EXPECT_EQ(refusal(recording_of(10), 0.001),
-            "recording: the loop's period is 0.001 s, allowed is the recording's 0.005 s");
+            "recording: the loop's period: 0.001 s is not allowed; expected the recording's 0.005 s");
 
   Recording unscaled = recording_of(10);
   unscaled.geometry.counts_per_unit[0] = 0.0;

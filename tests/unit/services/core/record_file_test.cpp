@@ -98,6 +98,47 @@ void flip_bit(const std::filesystem::path& path, std::uint64_t offset) {
   file.put(static_cast<char>(byte ^ 0x10));
 }
 
+TEST(RecordFile, DoesNotTakeSmallNumbersInATornEndForAnEmptyRecord) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder / "log";
+  std::string numbers(12, '\0');
+  for (char i = 1; i < 9; ++i) numbers += std::string{i, '\0', '\0', '\0', '\0', '\0', '\0', '\0'};
+  {
+    auto file = RecordFile::open(path, {});
+    ASSERT_TRUE(file->append(bytes("first")));
+    ASSERT_TRUE(file->append(bytes(numbers)));
+  }
+  const auto whole = std::filesystem::file_size(path);
+  for (std::uint64_t length = whole - 1; length >= 13; --length) {
+    std::filesystem::resize_file(path, length);
+    EXPECT_EQ(contents(path), std::vector<std::string>{"first"}) << length;
+    EXPECT_EQ(std::filesystem::file_size(path), 13U) << length;
+    std::filesystem::resize_file(path, 13);
+    auto file = RecordFile::open(path, {});
+    ASSERT_TRUE(file->append(bytes(numbers)));
+  }
+}
+
+TEST(RecordFile, CutsADamagedEndWhenItsOwnerAsks) {
+  const testing::TemporaryFolder folder;
+  const auto path = folder / "log";
+  {
+    auto file = RecordFile::open(path, {});
+    for (const char* record : {"first", "second", "third"}) ASSERT_TRUE(file->append(bytes(record)));
+  }
+  flip_bit(path, 10);
+  flip_bit(path, std::filesystem::file_size(path) - 1);
+  auto file = RecordFile::open(path, {});
+  ASSERT_EQ(file->damage().size(), 2U);
+  ASSERT_TRUE(file->cut_damaged_end());
+  ASSERT_EQ(file->damage().size(), 1U);
+  EXPECT_EQ(file->torn_bytes(), 13U);
+  ASSERT_TRUE(file->cut_damaged_end()) << "damage with a record behind it stays";
+  ASSERT_EQ(file->damage().size(), 1U);
+  ASSERT_TRUE(file->append(bytes("fourth")));
+  EXPECT_EQ(contents(path), (std::vector<std::string>{"second", "fourth"}));
+}
+
 TEST(RecordFile, LosesOneRecordToAFlippedBitWhereverItIs) {
   const testing::TemporaryFolder folder;
   const auto path = folder / "log";

@@ -5,12 +5,14 @@
 #include <limits>
 
 #include "services/scheduler/session_folder.hpp"
+#include "tests/support/memory_storage.hpp"
 #include "tests/support/scheduler_lab/lab.hpp"
 
 namespace tonus::scheduler {
 namespace {
 
-using testing::MemoryStorage;
+using tonus::testing::MemoryStorage;
+using Bytes = MemoryStorage::Bytes;
 constexpr std::string_view kContract = "contract";
 
 std::vector<Record> one_of_each() {
@@ -84,15 +86,9 @@ TEST(Records, RefuseWhatIsCutShortOrOfNoKnownType) {
   EXPECT_FALSE(decode_records(octets + "x").has_value());
 }
 
-TEST(Crc32, HasThePublishedCheckValue) {
-  EXPECT_EQ(crc32("123456789"),
-            0xcbf43926u);  // check value of CRC-32/ISO-HDLC in the catalogue of parametrised CRCs
-  EXPECT_EQ(crc32("6789", crc32("12345")), 0xcbf43926u);
-}
-
 /// A journal of three appends, and where each ends.
 struct Written {
-  std::shared_ptr<std::string> octets = std::make_shared<std::string>();
+  std::shared_ptr<Bytes> octets = std::make_shared<Bytes>();
   std::vector<std::size_t> ends;
 
   Written() {
@@ -106,8 +102,8 @@ struct Written {
   }
 };
 
-Result<Journal::Opened> open(std::string octets) {
-  return Journal::open(std::make_unique<MemoryStorage>(std::make_shared<std::string>(std::move(octets))),
+Result<Journal::Opened> open(Bytes octets) {
+  return Journal::open(std::make_unique<MemoryStorage>(std::make_shared<Bytes>(std::move(octets))),
                        kContract);
 }
 
@@ -122,7 +118,8 @@ TEST(Journal, GivesBackWhatWasAppended) {
 TEST(Journal, CutsATornTailAtEveryByteAndGoesOn) {
   const Written written;
   for (std::size_t length = 0; length <= written.octets->size(); ++length) {
-    const auto octets = std::make_shared<std::string>(written.octets->substr(0, length));
+    const auto octets = std::make_shared<Bytes>(
+        written.octets->begin(), written.octets->begin() + static_cast<std::ptrdiff_t>(length));
     std::size_t whole = 0;
     while (whole < written.ends.size() && written.ends[whole] <= length) ++whole;
     {
@@ -140,8 +137,8 @@ TEST(Journal, CutsATornTailAtEveryByteAndGoesOn) {
 TEST(Journal, CutsATailOfWhichOneByteIsWrong) {
   const Written written;
   for (std::size_t at = written.ends[2]; at < written.ends[3]; ++at) {
-    std::string octets = *written.octets;
-    octets[at] = static_cast<char>(octets[at] ^ 0x40);
+    Bytes octets = *written.octets;
+    octets[at] ^= std::byte{0x40};
     const auto opened = open(octets);
     ASSERT_TRUE(opened.has_value()) << at << ": " << opened.error().message;
     EXPECT_EQ(opened->records.size(), 4u) << at;
@@ -152,8 +149,8 @@ TEST(Journal, CutsATailOfWhichOneByteIsWrong) {
 TEST(Journal, RefusesDamageBeforeItsLastFrame) {
   const Written written;
   for (std::size_t at = 0; at < written.ends[2]; ++at) {
-    std::string octets = *written.octets;
-    octets[at] = static_cast<char>(octets[at] ^ 0x40);
+    Bytes octets = *written.octets;
+    octets[at] ^= std::byte{0x40};
     const auto opened = open(octets);
     ASSERT_FALSE(opened.has_value()) << at;
     EXPECT_EQ(opened.error().code, ErrorCode::kDataLoss) << at;
@@ -167,7 +164,7 @@ TEST(Journal, RefusesAnotherContract) {
 }
 
 TEST(Journal, AppendsNothingMoreAfterAFailedWrite) {
-  const auto octets = std::make_shared<std::string>();
+  const auto octets = std::make_shared<Bytes>();
   auto journal = Journal::create(std::make_unique<MemoryStorage>(octets, 2, 10), kContract);
   ASSERT_TRUE(journal.has_value());
   ASSERT_TRUE(journal->append({record::Receipted{1}}).has_value());

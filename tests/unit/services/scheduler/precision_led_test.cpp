@@ -46,6 +46,14 @@ class LedLab : public Lab {
     command(v1::SESSION_START, "start", led_protocol(keys_));
     connect();
   }
+  /// Goes on, also where estimates are waited for, until so many trials are counted.
+  void run_until_counted(std::uint32_t trials) {
+    run();
+    while (ledger().counted < trials) {
+      tick(1100ms);
+      run();
+    }
+  }
   /// What a late reader hears.
   void give_estimates() {
     for (const auto& [posture, estimate] : estimates_)
@@ -263,11 +271,7 @@ TEST(PrecisionLed, StaysPausedWhetherItsEstimateComesOrNot) {
   LedLab lab(0.15);
   lab.has_estimates = false;
   lab.start();
-  lab.run();
-  while (lab.ledger().counted < 8) {
-    lab.tick(1100ms);
-    lab.run();
-  }
+  lab.run_until_counted(8);
   lab.command(v1::SESSION_PAUSE, "pause");
   lab.run();
   EXPECT_EQ(lab.phase(), v1::SESSION_PAUSED);
@@ -284,11 +288,7 @@ TEST(PrecisionLed, WaitsForItsEstimateForALimitedTimeAndSaysSo) {
   LedLab lab(0.15);
   lab.has_estimates = false;
   lab.start();
-  lab.run();
-  while (lab.ledger().counted < 8) {
-    lab.tick(1100ms);
-    lab.run();
-  }
+  lab.run_until_counted(8);
   EXPECT_EQ(lab.phase(), v1::SESSION_RUNNING);
   EXPECT_EQ(lab.machine().state().waiting_for(), "");
   lab.tick(2000ms);
@@ -306,11 +306,7 @@ TEST(PrecisionLed, WaitsWithoutLimitWhileIdentificationIsGone) {
   LedLab lab(0.15);
   lab.has_estimates = false;
   lab.start();
-  lab.run();
-  while (lab.ledger().counted < 8) {
-    lab.tick(1100ms);
-    lab.run();
-  }
+  lab.run_until_counted(8);
   lab.take(lab.machine().on_roster("identification: not there"));
   lab.tick(60s);
   EXPECT_EQ(lab.machine().state().waiting_for(), "identification: not there");

@@ -4,6 +4,7 @@
 
 #include "services/scheduler/journal.hpp"
 #include "services/scheduler/session_machine.hpp"
+#include "tests/support/memory_storage.hpp"
 #include "tests/support/scheduler_lab/lab.hpp"
 
 namespace tonus::scheduler {
@@ -12,9 +13,9 @@ namespace {
 using testing::counted_trials;
 using testing::Fate;
 using testing::Lab;
-using testing::MemoryStorage;
 using testing::small_loaded_protocol;
 using testing::small_protocol;
+using tonus::testing::MemoryStorage;
 
 /// Every kind of loss once, by attempt.
 Fate troubled(const v1::TrialProgram& program) {
@@ -115,7 +116,7 @@ TEST(Restart, OverAndOverEndsWithExactlyThePlannedTrials) {
 
 TEST(Restart, FromAFileTornAtEveryByteOfItsLastFrameEndsWithExactlyThePlannedTrials) {
   // A session stopped in the middle, with its journal's octets.
-  const auto octets = std::make_shared<std::string>();
+  const auto octets = std::make_shared<MemoryStorage::Bytes>();
   auto journal = Journal::create(std::make_unique<MemoryStorage>(octets), "c");
   ASSERT_TRUE(journal.has_value());
   Lab first(troubled);
@@ -136,7 +137,8 @@ TEST(Restart, FromAFileTornAtEveryByteOfItsLastFrameEndsWithExactlyThePlannedTri
   }
   for (std::size_t length = size_before; length <= octets->size(); ++length) {
     SCOPED_TRACE(length);
-    const auto torn = std::make_shared<std::string>(octets->substr(0, length));
+    const auto torn = std::make_shared<MemoryStorage::Bytes>(
+        octets->begin(), octets->begin() + static_cast<std::ptrdiff_t>(length));
     auto opened = Journal::open(std::make_unique<MemoryStorage>(torn), "c");
     ASSERT_TRUE(opened.has_value()) << opened.error().message;
     Lab lab(first, opened->records);

@@ -1,6 +1,6 @@
 """Writes scipy.txt: what NumPy and SciPy make of record.txt. Blocks of "name rows columns" and their numbers."""
 import numpy as np
-from scipy import signal, stats
+from scipy import signal
 from scipy.fft import dst
 from scipy.optimize import brentq
 
@@ -142,5 +142,3 @@ def peak(x):
 
 
 write("peak_frequency", [peak(x) for x, _ in trials])
-freedoms = [1, 2, 3.5, 7, 15, 100]
-write("student_t", [[d, stats.t.ppf(0.975, d), stats.t.ppf(0.95, d)] for d in freedoms])

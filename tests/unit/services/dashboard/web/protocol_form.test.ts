@@ -1,7 +1,7 @@
 import assert from "node:assert/strict";
 import { test } from "node:test";
 import { jobLine } from "../../../../../services/dashboard/web/src/job_words";
-import { choicesOf, enteredText, placeOf, tomlOf, valueOf, widgetOf, type ProtocolKey } from "../../../../../services/dashboard/web/src/protocol_form";
+import { choicesOf, enteredText, placeOf, tomlOf, valueOf, widgetOf, type ProtocolKey, type Table } from "../../../../../services/dashboard/web/src/protocol_form";
 import { doneLine, nextLine, sessionWord, startAddress, type Study, type StudySession } from "../../../../../services/dashboard/web/src/study_words";
 
 const key = (expected: string): ProtocolKey => ({ name: "bias.force_N", expected, preset: "", is_needed: true, unit: "N" });
@@ -12,8 +12,9 @@ test("how a key is entered follows from what the checker expects", () => {
     ["[x, y], each -1 to 1 m", "numbers"], ["[low, high] with low <= high, or one number, 0.05 to 20 N", "numbers"], ["0.0005 to 0.03 m", "number"], ["a whole number, 1 to 64", "number"],
   ] as const) assert.equal(widgetOf(key(expected)), widget, expected);
   assert.deepEqual(choicesOf(key("a list, each one of none, +major")), ["none", "+major"]);
-  assert.deepEqual(placeOf("posture[].position_m"), { table: "posture", isList: true, key: "position_m" });
-  assert.deepEqual(placeOf("kind"), { table: "", isList: false, key: "kind" });
+  assert.deepEqual(placeOf("posture[].position_m"), { parent: "", table: "posture", isList: true, key: "position_m" });
+  assert.deepEqual(placeOf("kind"), { parent: "", table: "", isList: false, key: "kind" });
+  assert.deepEqual(placeOf("recording[].event[].set"), { parent: "recording", table: "event", isList: true, key: "set" });
 });
 
 test("what is entered becomes a value, and is shown as it was entered", () => {
@@ -31,6 +32,12 @@ test("what is entered becomes a value, and is shown as it was entered", () => {
 test("a document is written as TOML: keys, tables, lists of tables, texts escaped", () => {
   const text = tomlOf({ posture: [{ name: "distal", position_m: [0, 0.52] }], schema: 1, name: 'a "b"\\\n', cue: { shows_cursor: true } });
   assert.equal(text, 'schema = 1\nname = "a \\"b\\"\\\\\\n"\n\n[cue]\nshows_cursor = true\n\n[[posture]]\nname = "distal"\nposition_m = [0, 0.52]\n');
+});
+
+test("tables inside the tables of a list are written with their own", () => {
+  const event = (set: number): Table => ({ set, bias_N: [0, 1] });
+  const text = tomlOf({ recording: [{ name: "a", event: [event(1), event(2)] }, { name: "b" }], kind: "replay" });
+  assert.equal(text, 'kind = "replay"\n\n[[recording]]\nname = "a"\n\n[[recording.event]]\nset = 1\nbias_N = [0, 1]\n\n[[recording.event]]\nset = 2\nbias_N = [0, 1]\n\n[[recording]]\nname = "b"\n');
 });
 
 const session = (more: Partial<StudySession>): StudySession => ({ protocol: "loaded", session_id: null, state: null, counted: 0, planned: 0, is_pilot: false, is_done: false, ...more });

@@ -16,13 +16,16 @@ test("the table has a head and a line for each estimate, every number in full", 
 });
 
 test("the table carries session, subject, protocol, time, version and reasons, and the paper's own numbers", () => {
-  const facts = { subject: "sub-07", protocol: "unloaded", seed: "7", started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0" };
+  const facts = { subject: "sub-07", protocol: "unloaded", seed: "7", started_at: "2026-03-02T11:00:00Z", software_version: "0.9.0", operator: "Anna", study: "cohort", is_pilot: "yes" };
   const [heads, line] = estimatesText([estimate({ reasons: ["wide", "few"] })], "\t", facts).split("\n");
   const fields = new Map(heads!.split("\t").map((head, i) => [head, line!.split("\t")[i]]));
   assert.equal(fields.get("session"), "0".repeat(32));
   assert.equal(fields.get("subject"), "sub-07");
   assert.equal(fields.get("started_at"), "2026-03-02T11:00:00Z");
   assert.equal(fields.get("software_version"), "0.9.0");
+  assert.equal(fields.get("operator"), "Anna");
+  assert.equal(fields.get("study"), "cohort");
+  assert.equal(fields.get("is_pilot"), "yes");
   assert.equal(fields.get("reasons"), "wide; few");
   assert.equal(fields.get("K_shape"), "0.5");
   assert.equal(fields.size, heads!.split("\t").length, "no head comes twice");

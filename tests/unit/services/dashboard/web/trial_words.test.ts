@@ -5,7 +5,7 @@ import { fitOf, rootMeanSquare } from "../../../../../services/dashboard/web/src
 import { checkLine, extremeLine } from "../../../../../services/dashboard/web/src/protocol_words";
 import { isRejected, keepNewest, limitsIn, verdictWhy, verdictWord } from "../../../../../services/dashboard/web/src/trial_words";
 
-const valid = { is_valid: true, detail: "valid: start 1.2 mm (limit 5.0), rest 3.0 mm/s (20.0) and 0.10 N, moved 6.1 mm (15.0), end 2.0 mm/s (25.0)" };
+const valid = { is_valid: true, detail: "valid: start 1.2 mm (limit 5.0), rest 3.0 mm/s (20.0) and 0.10 N (1.00), moved 6.1 mm (15.0), end 2.0 mm/s (25.0)" };
 const invalid = { is_valid: false, detail: "off target: hand 6.1 mm from its place, allowed 5.0 mm; excursion: hand moved 17.0 mm, allowed 15.0 mm" };
 const byHand = { is_rejected: true, reason: "coughed", reviewed_by: "Anna" };
 
@@ -25,9 +25,11 @@ test("of several reviews of a trial the newest holds, whichever comes last", () 
   assert.equal(reviews.get("a")!.name, "newer");
 });
 
-test("the limit of the excursion is the one that the verdict names", () => {
-  assert.deepEqual(limitsIn(valid.detail), { excursion_m: 0.015 });
+test("the limits of excursion and force at rest are those that the verdict names", () => {
+  assert.deepEqual(limitsIn(valid.detail), { excursion_m: 0.015, rest_force_N: 1 });
   assert.deepEqual(limitsIn(invalid.detail), { excursion_m: 0.015 });
+  assert.deepEqual(limitsIn("early reaction: 1.20 N before the onset, allowed 1.00 N"), { rest_force_N: 1 });
+  assert.deepEqual(limitsIn("valid: place not known, rest 3.0 mm/s (20.0) and 0.10 N, moved 6.1 mm (15.0), end 2.0 mm/s (25.0)"), { excursion_m: 0.015 });
   assert.deepEqual(limitsIn("gap: 12 samples are missing"), {});
 });
 
