@@ -157,8 +157,10 @@ void add_identify_command(CLI::App& app, Command& chosen) {
                       "file for the results; -: standard output, and nothing else there");
   command->callback([options, &chosen] {
     chosen = [options] {
-      const auto input = StandardInput::take(options->prior.results, "results of --json");
+      std::string prior = options->prior.results.string();
+      const auto input = StandardInput::take(prior, "results of --json");
       if (!input) return runtime::report("tonus identify", input.error());
+      options->prior.results = prior;
       const auto outcome = identify(*options);
       return outcome ? 0 : runtime::report("tonus identify", input->told(outcome.error()));
     };

@@ -1,9 +1,11 @@
 // The manual: its links lead somewhere, its commands run, and its tables say what the programs write.
 
+#include <algorithm>
 #include <filesystem>
 #include <fstream>
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
+#include <hdf5.h>
 #include <nlohmann/json.hpp>
 #include <set>
 #include <sstream>
@@ -17,6 +19,7 @@ namespace {
 
 namespace fs = std::filesystem;
 using Names = std::set<std::string>;
+using ::testing::ContainsRegex;
 
 constexpr std::chrono::seconds kLimit{240};
 const fs::path kManual = source_file("docs/manual");
@@ -45,12 +48,15 @@ std::vector<Snippet> snippets_of(const fs::path& page) {
   std::vector<Snippet> snippets;
   std::istringstream lines(content_of(page));
   bool is_inside = false;
+  std::size_t indented = 0;  // in a list's item
   for (std::string line; std::getline(lines, line);) {
-    if (line.starts_with("```")) {
+    const auto begin = std::min(line.find_first_not_of(' '), line.size());
+    if (line.compare(begin, 3, "```") == 0) {
       is_inside = !is_inside;
-      if (is_inside) snippets.push_back({line.substr(3), ""});
+      indented = begin;
+      if (is_inside) snippets.push_back({line.substr(begin + 3), ""});
     } else if (is_inside) {
-      snippets.back().text += line + "\n";
+      snippets.back().text += line.substr(std::min(indented, begin)) + "\n";
     }
   }
   EXPECT_FALSE(is_inside) << page << ": a fence is not closed";
@@ -71,15 +77,27 @@ TEST(Manual, MarksEverySnippetAsOneThatTheTestsRun) {
   EXPECT_GT(snippets, 5);
 }
 
+bool succeeds(const std::string& command) {
+  const TemporaryFolder folder;
+  Process shell("/bin/sh", {"-c", command}, folder / "output");
+  return shell.wait(kLimit) == 0;
+}
+
+/// What the snippets of a page are run with: the programs, and a home of their own.
+std::string beginning_of_script(const TemporaryFolder& folder) {
+  fs::create_directory(folder / "work");
+  fs::create_directory_symlink(source_file("deploy"), folder / "work" / "deploy");
+  const std::string build = program("tonus").parent_path().parent_path().string();
+  return "set -eu\ncd '" + (folder / "work").string() + "'\nexport PATH='" + build +
+         "/bin':\"$PATH\" PYTHONPATH='" + build + "/python' SOURCE='" + source_file(".").string() +
+         "' HOME='" + folder.path().string() + "' XDG_DATA_HOME='" + (folder / "data").string() +
+         "' TONUS_DOMAIN=" + std::to_string(own_domain()) + "\n";
+}
+
 TEST(Manual, RunsEverySnippetOfEveryPage) {
   for (const auto& page : pages(kManual, ".md")) {
     const TemporaryFolder folder;
-    fs::create_directory(folder / "work");
-    fs::create_directory_symlink(source_file("deploy"), folder / "work" / "deploy");
-    std::string script = "set -eu\ncd '" + (folder / "work").string() + "'\nexport PATH='" +
-                         program("tonus").parent_path().string() + "':\"$PATH\" SOURCE='" +
-                         source_file(".").string() + "' XDG_DATA_HOME='" + (folder / "data").string() +
-                         "' TONUS_DOMAIN=" + std::to_string(own_domain()) + "\n";
+    std::string script = beginning_of_script(folder);
     const auto snippets = snippets_of(page);
     if (snippets.empty()) continue;
     for (const auto& snippet : snippets) script += snippet.text;
@@ -87,6 +105,130 @@ TEST(Manual, RunsEverySnippetOfEveryPage) {
     Process shell("/bin/sh", {(folder / "script").string()}, folder / "output");
     EXPECT_EQ(shell.wait(kLimit), 0) << page << ":\n" << script << shell.output();
   }
+}
+
+/// The other pages: in `sh run` and `python run` are commands that are run here; `sh HOST`, in the lab's
+/// guide, is run by tests/packages/follow-the-guide; `sh network` in a network of its own; `toml PROGRAM` are
+/// keys of that program's configuration; of `matlab`, which no package of Debian has, the names are checked.
+class Docs : public ::testing::Test {
+ protected:
+  static std::vector<Snippet> marked(const fs::path& page, const std::string& mark) {
+    auto snippets = snippets_of(page);
+    std::erase_if(snippets, [&](const Snippet& snippet) { return snippet.mark != mark; });
+    return snippets;
+  }
+  static inline const std::vector<fs::path> pages_ = pages(source_file("docs"), ".md");
+};
+
+TEST_F(Docs, MarkEverySnippetAsOneThatTheTestsRunOrCheck) {
+  const Names of_this{"sh run", "python run", "sh network", "matlab"};
+  const Names of_the_guide{"sh all", "sh rig", "sh server", "sh desk"};
+  int snippets = 0;
+  for (const auto& page : pages_) {
+    for (const auto& snippet : snippets_of(page)) {
+      ++snippets;
+      const bool is_guides = page.filename() == "lab.md" && of_the_guide.contains(snippet.mark);
+      EXPECT_TRUE(is_guides || of_this.contains(snippet.mark) || snippet.mark.starts_with("toml tonus"))
+          << page << ": " << snippet.mark << "\n"
+          << snippet.text;
+    }
+    std::istringstream lines(content_of(page));
+    for (std::string line; std::getline(lines, line);)
+      EXPECT_FALSE(line.starts_with("    ")) << page << ": indented code is not run: " << line;
+  }
+  EXPECT_GT(snippets, 25);
+}
+
+TEST_F(Docs, RunEveryCommandAndEveryLineOfPython) {
+  const bool has_python = fs::exists(program("tonus").parent_path().parent_path() / "python" / "tonus") &&
+                          succeeds("python3 -c 'import numpy, pandas'");
+  for (const auto& page : pages_) {
+    const TemporaryFolder folder;
+    std::string script = beginning_of_script(folder);
+    int count = 0;
+    for (const auto& snippet : snippets_of(page)) {
+      if (snippet.mark == "sh run") script += snippet.text;
+      if (snippet.mark == "python run" && has_python)
+        script += "python3 - <<'END'\n" + snippet.text + "END\n";
+      count += snippet.mark.ends_with(" run") ? 1 : 0;
+    }
+    if (count == 0) continue;
+    std::ofstream(folder / "script") << script;
+    Process shell("/bin/sh", {(folder / "script").string()}, folder / "output");
+    EXPECT_EQ(shell.wait(kLimit), 0) << page << ":\n" << script << shell.output();
+  }
+  if (!has_python)
+    GTEST_SKIP() << "the lines of Python were not run: python3-numpy and python3-pandas are missing";
+}
+
+TEST_F(Docs, NameKeysThatTheProgramsTake) {
+  int count = 0;
+  for (const auto& page : pages_) {
+    for (const auto& snippet : snippets_of(page)) {
+      if (!snippet.mark.starts_with("toml ")) continue;
+      const TemporaryFolder folder;
+      std::ofstream(folder / "keys.toml") << snippet.text;
+      const auto run = run_program(snippet.mark.substr(5),
+                                   {"--print-config", "--config", folder / "keys.toml"}, folder.path());
+      EXPECT_EQ(run.code, 0) << page << ": " << run.errors;
+      std::istringstream lines(snippet.text);
+      for (std::string line; std::getline(lines, line);) {
+        const auto equals = line.find(" = ");
+        if (equals == std::string::npos) continue;
+        EXPECT_THAT(run.output, ContainsRegex(line.substr(0, equals) + " = .*keys.toml:")) << page;
+        ++count;
+      }
+    }
+  }
+  EXPECT_GT(count, 5);
+}
+
+TEST_F(Docs, NameAFirewallsRuleThatNftTakes) {
+  if (!succeeds("unshare --net true && command -v nft"))
+    GTEST_SKIP() << "needs nft (package nftables) and the right to make a network";
+  int count = 0;
+  for (const auto& page : pages_) {
+    for (const auto& snippet : marked(page, "sh network")) {
+      ++count;
+      const TemporaryFolder folder;
+      std::ofstream(folder / "script")
+          << "set -e\nnft add table inet filter\n"
+             "nft add chain inet filter input '{ type filter hook input priority 0; }'\n"
+          << snippet.text << "nft list ruleset\n";
+      Process shell("/usr/bin/unshare", {"--net", "/bin/sh", (folder / "script").string()},
+                    folder / "output");
+      EXPECT_EQ(shell.wait(kLimit), 0) << shell.output();
+    }
+  }
+  EXPECT_GT(count, 0);
+}
+
+TEST_F(Docs, NameWhatAnExportForMatlabHas) {
+  const TemporaryFolder folder;
+  fs::copy(kArchive, folder / "session.sqlite");
+  const auto file = folder / "session.h5";
+  ASSERT_EQ(run_program("tonus",
+                        {"export", "--archive", folder / "session.sqlite", "--format", "hdf5", "--out", file},
+                        folder.path())
+                .code,
+            0);
+  const hid_t opened = H5Fopen(file.c_str(), H5F_ACC_RDONLY, H5P_DEFAULT);
+  ASSERT_GE(opened, 0);
+  int count = 0;
+  for (const auto& page : pages_) {
+    for (const auto& snippet : marked(page, "matlab")) {
+      for (auto at = snippet.text.find("'/"); at != std::string::npos; at = snippet.text.find("'/", at + 1)) {
+        const auto path = snippet.text.substr(at + 1, snippet.text.find('\'', at + 1) - at - 1);
+        const hid_t dataset = H5Dopen2(opened, path.c_str(), H5P_DEFAULT);
+        EXPECT_GE(dataset, 0) << path;
+        if (dataset >= 0) EXPECT_GT(H5Aexists(dataset, "units"), 0) << path;
+        if (dataset >= 0) H5Dclose(dataset);
+        ++count;
+      }
+    }
+  }
+  H5Fclose(opened);
+  EXPECT_GT(count, 2);
 }
 
 /// The values of an attribute in a page.

@@ -103,10 +103,10 @@ TEST_F(AuxiliaryFiles, ThatDoNotFitTheirRecordingAreRefusedByFileAndReason) {
   EXPECT_THAT(refusal(), HasSubstr("_motion.tsv:2: this number of cells is not allowed; expected 2"));
   put_with_channels();
   put_file("motion.tsv", "1\t0.1\nx\t0.2\n");
-  EXPECT_THAT(refusal(), HasSubstr("column '1': 'x' is not allowed: a number or n/a"));
+  EXPECT_THAT(refusal(), HasSubstr("column '1': 'x' is not allowed; expected a number or n/a"));
   put_with_channels();
   put_file("motion.json", R"({"SamplingFrequency": 500})");
-  EXPECT_THAT(refusal(), HasSubstr("SamplingFrequency: 500 is not allowed: 400 Hz"));
+  EXPECT_THAT(refusal(), HasSubstr("SamplingFrequency = 500 is not allowed; expected 400 Hz"));
   put_with_channels();
   put_file("channels.json", R"({"Auxiliary": {"Biceps": {"Type": "MUSCLE"}}})");
   EXPECT_THAT(refusal(), HasSubstr("MUSCLE"));
