@@ -51,6 +51,7 @@ void IdentificationCore::reject(const Id& trial, std::uint32_t attempt) {
   if (trial != trial_id(session_, attempt) || !rejected_.insert(attempt).second) return;
   book_.withdraw(session_, attempt);
   live_.withdraw(session_, attempt);
+  muscle_judge_.withdraw(trial);
   for (Settled& settled : settled_) {
     if (settled.trial.report.plan.trial == trial) settled.is_kept = false;
   }
@@ -138,7 +139,9 @@ void IdentificationCore::settle(MeasuredTrial trial, Output& output) {
     trial.auxiliary = auxiliary_.series_of(report, rig->channels);
   auxiliary_.finish(report.plan.trial);
   muscle_judge_.judge(trial, judge.limits(), verdict);
+  const bool is_rejected = report.plan.session == session_ && rejected_.contains(report.plan.attempt);
   if (report.plan.kind == TrialKind::kContraction) {  // it enters no estimate
+    if (is_rejected) muscle_judge_.withdraw(report.plan.trial);
     output.verdicts.push_back({report, std::move(verdict)});
     return;
   }
@@ -158,7 +161,7 @@ void IdentificationCore::settle(MeasuredTrial trial, Output& output) {
     }
   }
   if (!verdict.is_valid) book_.add_invalid(report);
-  if (report.plan.session == session_ && rejected_.contains(report.plan.attempt)) {
+  if (is_rejected) {
     book_.withdraw(session_, report.plan.attempt);
     is_kept = false;
   }

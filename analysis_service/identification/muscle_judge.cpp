@@ -16,7 +16,7 @@ void MuscleJudge::judge(const MeasuredTrial& trial, const JudgeLimits& limits, V
   const TrialReport& report = trial.report;
   if (trial.auxiliary.empty() || report.end != TrialEnd::kCompleted) return;
   if (report.plan.kind == TrialKind::kContraction) {
-    if (verdict.is_valid) reference_.add(trial.auxiliary);
+    if (verdict.is_valid) reference_.add(report.plan.trial, trial.auxiliary);
     return;
   }
   if (report.plan.kind != TrialKind::kPerturbation || !report.range.contains(report.onset)) return;

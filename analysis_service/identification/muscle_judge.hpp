@@ -17,6 +17,10 @@ class MuscleJudge {
   /// a rest before its onset: its activity, and Defect::kMusclesActive where a muscle is above the limit.
   void judge(const MeasuredTrial& trial, const JudgeLimits& limits, Verdict& verdict);
 
+  /// An operator rejected this contraction: the trials that are judged from now on do not refer to it. Those
+  /// that were judged before keep their verdicts, as they were told.
+  void withdraw(const Id& trial) { reference_.withdraw(trial); }
+
   [[nodiscard]] const muscles::Reference& reference() const { return reference_; }
 
  private:

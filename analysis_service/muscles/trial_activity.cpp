@@ -71,21 +71,24 @@ std::vector<std::string> TrialActivity::above(double limit) const {
   return active;
 }
 
-void Reference::add(std::span<const AuxiliarySeries> series) {
+void Reference::add(const Id& trial, std::span<const AuxiliarySeries> series) {
   for (const AuxiliarySeries& one : series) {
     if (one.channel.type != "EMG") continue;
     const auto rectified = rectified_emg(one.values, one.channel.rate);
     if (!rectified) continue;
     const double level = reference_level(*rectified, one.channel.rate);
     if (!(level > 0.0)) continue;
-    double& known = levels_[one.channel.name];
-    known = std::max(known, level);
+    levels_[trial][one.channel.name] = level;
   }
 }
 
 double Reference::level(const std::string& channel) const {
-  const auto known = levels_.find(channel);
-  return known == levels_.end() ? kNone : known->second;
+  double largest = kNone;
+  for (const auto& [trial, levels] : levels_) {
+    const auto known = levels.find(channel);
+    if (known != levels.end() && !(known->second <= largest)) largest = known->second;
+  }
+  return largest;
 }
 
 TrialActivity Reference::measure(std::span<const AuxiliarySeries> series, const Window& rest, double onset,

@@ -8,6 +8,7 @@
 #include <vector>
 
 #include "analysis_service/muscles/emg.hpp"
+#include "services/core/id.hpp"
 #include "services/mechanics/auxiliary_series.hpp"
 
 namespace tonus::muscles {
@@ -45,8 +46,10 @@ struct TrialActivity {
 /// for use by several threads.
 class Reference {
  public:
-  /// A trial in which the subject contracted: the largest level of each channel counts.
-  void add(std::span<const AuxiliarySeries> series);
+  /// A trial in which the subject contracted: of all of them the largest level of each channel counts.
+  void add(const Id& trial, std::span<const AuxiliarySeries> series);
+  /// That contraction does not count any more; nothing happens where it is not known.
+  void withdraw(const Id& trial) { levels_.erase(trial); }
   void clear() { levels_.clear(); }
 
   /// The level of a channel; NaN: none was recorded.
@@ -57,7 +60,7 @@ class Reference {
                                       double onset, const MuscleSettings& settings) const;
 
  private:
-  std::map<std::string, double> levels_;
+  std::map<Id, std::map<std::string, double>> levels_;  // by trial and channel
 };
 
 }  // namespace tonus::muscles

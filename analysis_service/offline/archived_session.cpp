@@ -19,7 +19,8 @@ namespace {
 std::string defect_of(const store::SessionTrial& trial, const ArchivedTrial& archived,
                       const TrialJudge& judge, MuscleJudge& muscles) {
   const bool is_contraction = archived.measured.report.plan.kind == TrialKind::kContraction;
-  if (trial.verdict && !is_contraction) return store::why_not_counted(trial);
+  const bool is_rejected = trial.review && trial.review->value.is_rejected();
+  if (trial.verdict && (!is_contraction || is_rejected)) return store::why_not_counted(trial);
   Verdict verdict = judge.judge(archived.measured, &archived.rig.geometry);
   muscles.judge(archived.measured, judge.limits(), verdict);
   return verdict.is_valid ? std::string{} : verdict.detail;

@@ -17,16 +17,26 @@ bool same_rig(const RigGeometry& a, const RigGeometry& b) {
          a.handle_mass == b.handle_mass;
 }
 
+std::vector<AuxiliaryChannel> channels_of(const recording::Recording& record) {
+  std::vector<AuxiliaryChannel> channels;
+  for (const AuxiliarySeries& series : record.auxiliary) channels.push_back(series.channel);
+  return channels;
+}
+
 }  // namespace
 
 Result<RecordedTrials> RecordedTrials::create(std::vector<recording::Recording> records) {
   if (records.empty())
     return fail(ErrorCode::kNotFound, "the dataset has no recordings, at least one is needed");
   const auto& first = records.front();
+  const auto channels = channels_of(first);
   for (const auto& record : records) {
-    if (same_rig(first.rig, record.rig) && first.sampling_frequency == record.sampling_frequency) continue;
+    if (same_rig(first.rig, record.rig) && first.sampling_frequency == record.sampling_frequency &&
+        channels_of(record) == channels)
+      continue;
     return fail(ErrorCode::kInvalidArgument,
-                fmt::format("{} and {} are of different rigs or sampling rates; one replay takes one rig",
+                fmt::format("{} and {} are of different rigs, sampling rates or auxiliary channels; one "
+                            "replay takes one rig",
                             describe(first), describe(record)));
   }
   RecordedTrials trials;
@@ -35,6 +45,7 @@ Result<RecordedTrials> RecordedTrials::create(std::vector<recording::Recording> 
   trials.force_unit_ = first.force_unit;
   trials.recording_.geometry = first.rig;
   trials.recording_.rate = first.sampling_frequency;
+  trials.recording_.auxiliary_channels = channels;
   for (const auto& record : records) trials.add(record);
   if (first.rig.kind == RigKind::kTwoLink) {
     trials.home_ = first.rig.links.endpoint(joint_coordinates(first.rig, first.rows.front().raw));
@@ -54,6 +65,10 @@ void RecordedTrials::add(const recording::Recording& source) {
     }
     row.command = source.commanded.empty() ? recording::kNoCommand : source.commanded[i];
     recording_.rows.push_back(row);
+    for (const AuxiliarySeries& series : source.auxiliary) {
+      const auto from = series.values.begin() + static_cast<std::ptrdiff_t>(i * series.values_per_sample);
+      recording_.auxiliary.insert(recording_.auxiliary.end(), from, from + series.values_per_sample);
+    }
   }
   const std::size_t last = recording_.rows.size() - 1;
   Record record;

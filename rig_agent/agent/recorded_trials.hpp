@@ -17,7 +17,8 @@ namespace tonus::rig {
 /// perturbations, and what each one's TrialProgram says of posture and shoulder.
 class RecordedTrials {
  public:
-  /// All records must be of one rig and one sampling rate. kInvalidArgument names the two that differ.
+  /// All records must be of one rig, one sampling rate and the same auxiliary channels. kInvalidArgument
+  /// names the two that differ.
   [[nodiscard]] static Result<RecordedTrials> create(std::vector<recording::Recording> records);
 
   /// The rows and segments, handed out once.

@@ -1,7 +1,9 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
@@ -15,9 +17,10 @@ namespace {
 struct BackupOptions {
   ArchiveOption archive;
   std::string file;
+  bool is_json = false;
 };
 
-Result<void> copy(const std::string& from, const std::string& to, const char* what) {
+Result<void> copy(const std::string& from, const std::string& to, const char* what, bool is_json) {
   if (is_url(from) || is_url(to)) {
     return fail(
         ErrorCode::kInvalidArgument,
@@ -33,20 +36,21 @@ Result<void> copy(const std::string& from, const std::string& to, const char* wh
   TONUS_TRY_ASSIGN(const auto made, store::SqliteStore::open(to, store::SqliteStore::Access::kRead));
   TONUS_TRY_ASSIGN(const auto sessions, made->sessions());
   TONUS_TRY_ASSIGN(const auto space, made->space());
-  std::printf("%s '%s' to '%s': %zu sessions, %.1f MB; tonus verify --archive '%s' checks them\n", what,
-              from.c_str(), to.c_str(), sessions.size(), 1e-6 * static_cast<double>(space.used_bytes),
-              to.c_str());
+  print_answer(
+      is_json, {{"from", from}, {"to", to}, {"sessions", sessions.size()}, {"used_bytes", space.used_bytes}},
+      fmt::format("{} '{}' to '{}': {} sessions, {:.1f} MB; tonus verify --archive '{}' checks them\n", what,
+                  from, to, sessions.size(), 1e-6 * static_cast<double>(space.used_bytes), to));
   return {};
 }
 
 Result<void> back_up(const BackupOptions& options) {
   TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
-  return copy(archive, options.file, "copied");
+  return copy(archive, options.file, "copied", options.is_json);
 }
 
 Result<void> restore_from(const BackupOptions& options) {
   TONUS_TRY_ASSIGN(const std::string archive, options.archive.name());
-  return copy(options.file, archive, "restored");
+  return copy(options.file, archive, "restored", options.is_json);
 }
 
 }  // namespace
@@ -57,6 +61,7 @@ void add_backup_commands(CLI::App& app, Command& chosen) {
   auto of_backup = std::make_shared<BackupOptions>();
   backup->add_option("file", of_backup->file, "the new file")->required();
   add_archive_option(*backup, of_backup->archive);
+  add_json_flag(*backup, of_backup->is_json);
   backup->callback([of_backup, &chosen] {
     chosen = [of_backup] {
       const auto done = back_up(*of_backup);
@@ -69,6 +74,7 @@ void add_backup_commands(CLI::App& app, Command& chosen) {
   auto of_restore = std::make_shared<BackupOptions>();
   restore->add_option("file", of_restore->file, "the backup; it is not changed")->required();
   add_archive_option(*restore, of_restore->archive);
+  add_json_flag(*restore, of_restore->is_json);
   restore->callback([of_restore, &chosen] {
     chosen = [of_restore] {
       const auto done = restore_from(*of_restore);

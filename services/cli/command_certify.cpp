@@ -7,10 +7,10 @@
 
 #include "analysis_service/certify/certification.hpp"
 #include "analysis_service/study/session_analysis.hpp"
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
-#include "services/core/text_file.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/session_reader.hpp"
 
@@ -175,7 +175,7 @@ void certify_errors(certify::Cell cell, nlohmann::json& cells) {
 }
 
 /// What the conditions of an archived session are worth, each around its own estimate, rig and residuals.
-Result<void> certify_session(const CertifyOptions& options) {
+Result<void> certify_session(const CertifyOptions& options, const ResultsFile& file) {
   TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
   TONUS_TRY_ASSIGN(const auto session, store::read_found_session(*store, options.like));
   const std::string id = to_hex(session.record.session);
@@ -202,11 +202,10 @@ Result<void> certify_session(const CertifyOptions& options) {
                      {"methods", as_json(*worths)}});
   }
   if (cells.empty()) return fail(ErrorCode::kNotFound, fmt::format("session {}: has no valid trials", id));
-  if (options.json.empty()) return {};
-  return write_text_file(options.json, cells.dump(1) + "\n");
+  return file.write(cells.dump(1) + "\n");
 }
 
-Result<void> certify_all(const CertifyOptions& options) {
+Result<void> certify_all(const CertifyOptions& options, const ResultsFile& file) {
   nlohmann::json cells = nlohmann::json::array();
   for (const std::string& name : options.settings) {
     TONUS_TRY_ASSIGN(const auto setting, setting_named(name));
@@ -227,8 +226,7 @@ Result<void> certify_all(const CertifyOptions& options) {
       cells.push_back(as_json(cell, worths));
     }
   }
-  if (options.json.empty()) return {};
-  return write_text_file(options.json, cells.dump(1) + "\n");
+  return file.write(cells.dump(1) + "\n");
 }
 
 }  // namespace
@@ -266,10 +264,14 @@ void add_certify_command(CLI::App& app, Command& chosen) {
   like->excludes("--trials")->excludes("--setting")->excludes("--rise")->excludes("--amplitude");
   like->excludes("--model-errors");
   add_archive_option(*command, options->archive);
-  command->add_option("--json", options->json, "file for the results");
+  command->add_option("--json", options->json,
+                      "file for the results; -: standard output, and nothing else there");
   command->callback([options, &chosen] {
     chosen = [options] {
-      const auto outcome = options->like.empty() ? certify_all(*options) : certify_session(*options);
+      const auto file = ResultsFile::create(options->json);
+      if (!file) return runtime::report("tonus certify", file.error());
+      const auto outcome =
+          options->like.empty() ? certify_all(*options, *file) : certify_session(*options, *file);
       return outcome ? 0 : runtime::report("tonus certify", outcome.error());
     };
   });

@@ -5,6 +5,7 @@
 #include <set>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
@@ -36,6 +37,7 @@ struct CopyOptions {
   ArchiveOption archive;
   std::string to;
   std::vector<std::string> sessions;
+  bool is_json = false;
 };
 
 Result<store::CopyCount> copy_to(store::Store& from, const std::string& to,
@@ -52,10 +54,14 @@ Result<void> copy(const CopyOptions& options) {
   const auto count = copy_to(*from, options.to, {.only = ids, .without = {}}, progress_of(bar));
   bar.clear();
   if (!count) return count.error();
-  std::printf("copied %llu sessions, %llu trials, %llu samples; tonus verify --archive '%s' checks them\n",
-              static_cast<unsigned long long>(count->sessions),
-              static_cast<unsigned long long>(count->trials), static_cast<unsigned long long>(count->samples),
-              options.to.c_str());
+  print_answer(
+      options.is_json,
+      {{"to", options.to},
+       {"sessions", count->sessions},
+       {"trials", count->trials},
+       {"samples", count->samples}},
+      fmt::format("copied {} sessions, {} trials, {} samples; tonus verify --archive '{}' checks them\n",
+                  count->sessions, count->trials, count->samples, options.to));
   return {};
 }
 
@@ -64,6 +70,7 @@ struct PruneOptions {
   std::vector<std::string> sessions;
   double older_than_days = 0.0;
   bool is_confirmed = false;
+  bool is_json = false;
 };
 
 /// The sessions that are named, and those that ended more than so many days ago. One that has not ended is
@@ -86,11 +93,22 @@ Result<std::vector<store::SessionRecord>> chosen_sessions(store::Store& store, c
   return records;
 }
 
-void list(const std::vector<store::SessionRecord>& records, const char* what) {
-  for (const auto& record : records) {
-    std::printf("%s session %s  %s  %s  %s\n", what, to_hex(record.session).substr(0, 8).c_str(),
-                record.subject.c_str(), record.protocol_name.c_str(), record.started_at.c_str());
-  }
+std::string text_of(const std::vector<store::SessionRecord>& records, const char* what) {
+  std::string text;
+  for (const auto& record : records)
+    text += fmt::format("{} session {}  {}  {}  {}\n", what, to_hex(record.session).substr(0, 8),
+                        record.subject, record.protocol_name, record.started_at);
+  return text;
+}
+
+nlohmann::json json_of(const std::vector<store::SessionRecord>& records) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& record : records)
+    list.push_back({{"session", to_hex(record.session)},
+                    {"subject", record.subject},
+                    {"protocol", record.protocol_name},
+                    {"started_at", record.started_at}});
+  return list;
 }
 
 Result<void> prune(const PruneOptions& options) {
@@ -105,29 +123,34 @@ Result<void> prune(const PruneOptions& options) {
         "an archive on a PostgreSQL server is not pruned; `tonus copy --session ID` copies the sessions "
         "that are to stay into another database");
   }
-  std::vector<Id> ids;
+  std::vector<store::SessionRecord> records;
   {
     TONUS_TRY_ASSIGN(const auto store, open_to_read(options.archive));
-    TONUS_TRY_ASSIGN(const auto records, chosen_sessions(*store, options));
-    list(records, options.is_confirmed ? "removing" : "would remove");
-    for (const auto& record : records) ids.push_back(record.session);
+    TONUS_TRY_ASSIGN(records, chosen_sessions(*store, options));
   }
-  if (ids.empty()) {
-    std::printf("nothing to remove\n");
+  nlohmann::json json{{"sessions", json_of(records)}, {"is_done", false}, {"sessions_left", nullptr}};
+  if (records.empty() || !options.is_confirmed) {
+    const std::string text =
+        records.empty() ? "nothing to remove\n"
+                        : text_of(records, "would remove") +
+                              fmt::format(
+                                  "nothing is changed yet: --yes removes {} sessions for good; tonus "
+                                  "backup FILE keeps a copy\n",
+                                  records.size());
+    print_answer(options.is_json, std::move(json), text);
     return {};
   }
-  if (!options.is_confirmed) {
-    std::printf(
-        "nothing is changed yet: --yes removes %zu sessions for good; tonus backup FILE keeps a copy\n",
-        ids.size());
-    return {};
-  }
+  std::vector<Id> ids;
+  for (const auto& record : records) ids.push_back(record.session);
+  if (!options.is_json) std::fputs(text_of(records, "removing").c_str(), stdout);
   ProgressBar bar("samples that stay");
   const auto count = store::prune_sqlite(archive, ids, progress_of(bar));
   bar.clear();
   if (!count) return count.error();
-  std::printf("removed %zu sessions; %llu are left\n", ids.size(),
-              static_cast<unsigned long long>(count->sessions));
+  json["is_done"] = true;
+  json["sessions_left"] = count->sessions;
+  print_answer(options.is_json, std::move(json),
+               fmt::format("removed {} sessions; {} are left\n", ids.size(), count->sessions));
   return {};
 }
 
@@ -141,6 +164,7 @@ void add_copy_commands(CLI::App& app, Command& chosen) {
   copying->add_option("--session", of_copy->sessions,
                       "only this session, by its id or the beginning of it; repeatable");
   add_archive_option(*copying, of_copy->archive);
+  add_json_flag(*copying, of_copy->is_json);
   copying->callback([of_copy, &chosen] {
     chosen = [of_copy] {
       const auto done = copy(*of_copy);
@@ -160,6 +184,7 @@ void add_copy_commands(CLI::App& app, Command& chosen) {
       ->check(CLI::PositiveNumber);
   pruning->add_flag("--yes", of_prune->is_confirmed, "remove them");
   add_archive_option(*pruning, of_prune->archive);
+  add_json_flag(*pruning, of_prune->is_json);
   pruning->callback([of_prune, &chosen] {
     chosen = [of_prune] {
       const auto done = prune(*of_prune);

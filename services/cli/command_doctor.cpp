@@ -4,6 +4,7 @@
 #include <memory>
 #include <nlohmann/json.hpp>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_connection.hpp"
 #include "services/core/text.hpp"
@@ -127,7 +128,7 @@ void add_doctor_command(CLI::App& app, Command& chosen) {
   command->add_option("--wait", options->wait_s, "s to listen to the bus, at most")
       ->check(CLI::Range(0.0, 600.0))
       ->capture_default_str();
-  command->add_flag("--json", options->is_json, "for programs");
+  add_json_flag(*command, options->is_json);
   command->callback([options, &chosen] {
     chosen = [options] {
       runtime::start_log("tonus doctor", options->common.log_level);

@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/formats_page.hpp"
 #include "services/cli/key_documents.hpp"
@@ -96,7 +97,7 @@ void add_explain_command(CLI::App& app, Command& chosen) {
   command->add_option(
       "reason", options->words,
       "of a verdict, an estimate, a fault or a hold, the rig's line for its hold, or a key of a file");
-  command->add_flag("--json", options->is_json, "for programs");
+  add_json_flag(*command, options->is_json);
   command->add_option("--page", options->page, "print a page of the manual, in Markdown")
       ->check(CLI::IsMember({"reasons", "keys", "formats"}))
       ->group("");

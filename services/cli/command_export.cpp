@@ -7,6 +7,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
@@ -34,6 +35,7 @@ struct ExportOptions {
   std::string format;
   std::string out;
   bool is_all = false;  ///< Every session that has samples, as one BIDS dataset.
+  bool is_json = false;
 };
 
 Result<void> export_bids(store::Store& store, const store::Session& session, const fs::path& out,
@@ -68,7 +70,10 @@ Result<void> export_session(const ExportOptions& options) {
   }
   bar.clear();
   if (!done) return done;
-  std::printf("session %s: %s\n", to_hex(session->record.session).c_str(), shown(options.out).c_str());
+  const std::string id = to_hex(session->record.session);
+  print_answer(options.is_json,
+               {{"sessions", nlohmann::json::array({id})}, {"format", options.format}, {"to", options.out}},
+               fmt::format("session {}: {}\n", id, shown(options.out)));
   return {};
 }
 
@@ -95,10 +100,10 @@ Result<void> export_all(const ExportOptions& options) {
   recording::WriteOptions writing;
   writing.software_version = runtime::kVersion;
   std::vector<recording::Recording> all;
-  std::size_t sessions = 0;
+  std::vector<std::string> sessions;
   ProgressBar bar("sessions");
   for (const auto& record : records) {
-    bar.show(sessions, records.size(), record.subject);
+    bar.show(sessions.size(), records.size(), record.subject);
     TONUS_TRY_ASSIGN(const auto session, store::read_session(*store, record.session));
     auto recordings = formats::recordings_of(*store, session);
     if (!recordings && recordings.error().code != ErrorCode::kNotFound) return recordings.error();
@@ -106,7 +111,7 @@ Result<void> export_all(const ExportOptions& options) {
       bar.say("left out: " + shown(recordings.error().message));
       continue;
     }
-    ++sessions;
+    sessions.push_back(to_hex(record.session));
     keep_beside(session, writing);
     const auto subject = std::ranges::find(subjects, record.subject, &store::KnownSubject::subject);
     for (auto& recording : *recordings) {
@@ -119,7 +124,9 @@ Result<void> export_all(const ExportOptions& options) {
   if (all.empty())
     return fail(ErrorCode::kNotFound, "store '" + store->name() + "' has no session with samples");
   TONUS_TRY(recording::write_dataset(options.out, all, writing));
-  std::printf("%zu sessions, %zu recordings: %s\n", sessions, all.size(), shown(options.out).c_str());
+  print_answer(
+      options.is_json, {{"sessions", sessions}, {"format", options.format}, {"to", options.out}},
+      fmt::format("{} sessions, {} recordings: {}\n", sessions.size(), all.size(), shown(options.out)));
   return {};
 }
 
@@ -135,6 +142,7 @@ void add_export_command(CLI::App& app, Command& chosen) {
       ->required()
       ->check(CLI::IsMember({"bids", "csv", "hdf5", "xdf"}));
   command->add_option("--out", options->out, "path that does not exist yet")->required();
+  add_json_flag(*command, options->is_json);
   command->callback([options, &chosen] {
     chosen = [options] {
       const auto outcome = options->is_all ? export_all(*options) : export_session(*options);

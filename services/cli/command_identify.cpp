@@ -12,12 +12,13 @@
 #include "analysis_service/offline/request.hpp"
 #include "analysis_service/offline/results_json.hpp"
 #include "analysis_service/service/judge_options.hpp"
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
+#include "services/cli/standard_input.hpp"
 #include "services/core/json_text.hpp"
 #include "services/core/places.hpp"
 #include "services/core/text.hpp"
-#include "services/core/text_file.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/runtime/options.hpp"
 #include "services/store/open_store.hpp"
@@ -91,6 +92,7 @@ void print(const identification::OfflineEstimate& result, bool with_tracking_sys
 Result<void> identify(const IdentifyOptions& options) {
   const auto analyses = identification::analyses_of(options.request);
   if (!analyses) return fail(analyses.error().code, "--" + analyses.error().message);
+  TONUS_TRY_ASSIGN(const auto file, ResultsFile::create(options.json));
   auto estimates = identify_source(options, *analyses);
   if (!estimates) return estimates.error();
   if (!options.prior.results.empty()) {
@@ -103,7 +105,7 @@ Result<void> identify(const IdentifyOptions& options) {
   for (const auto& item : estimates->left_out)
     std::fprintf(stderr, "tonus identify: left out: %s\n", shown(item).c_str());
   if (options.json.empty()) return {};
-  return write_text_file(options.json, json_text(identification::json_of(*estimates)) + "\n");
+  return file.write(json_text(identification::json_of(*estimates)) + "\n");
 }
 
 }  // namespace
@@ -144,18 +146,21 @@ void add_identify_command(CLI::App& app, Command& chosen) {
   options->judge.add_to(*command);
   command->add_option("--prior", options->prior.results,
                       "results of an earlier session or of a cohort (a file of --json): each estimate is "
-                      "followed by one that is combined with them");
+                      "followed by one that is combined with them; - is standard input");
   command
       ->add_option("--prior-change", options->prior.change,
                    "how much the subject may have changed since, one standard deviation as a share of the "
                    "largest element; a cohort states its own scatter")
       ->check(CLI::Range(0.0, 10.0))
       ->capture_default_str();
-  command->add_option("--json", options->json, "file for the results");
+  command->add_option("--json", options->json,
+                      "file for the results; -: standard output, and nothing else there");
   command->callback([options, &chosen] {
     chosen = [options] {
+      const auto input = StandardInput::take(options->prior.results, "results of --json");
+      if (!input) return runtime::report("tonus identify", input.error());
       const auto outcome = identify(*options);
-      return outcome ? 0 : runtime::report("tonus identify", outcome.error());
+      return outcome ? 0 : runtime::report("tonus identify", input->told(outcome.error()));
     };
   });
 }

@@ -1,9 +1,11 @@
 #include <CLI/CLI.hpp>
 #include <cstdio>
 #include <memory>
+#include <spdlog/fmt/fmt.h>
 #include <sstream>
 
 #include "analysis_service/service/command_line.hpp"
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
@@ -26,6 +28,7 @@ struct ImportOptions {
   ArchiveOption archive;
   identification::CommandLine analysis;
   std::string configuration;  ///< The options as TOML.
+  bool is_json = false;
 };
 
 /// The settings of identification as its service would archive them; the force's sign, which is stated in the
@@ -34,7 +37,7 @@ std::string archived_configuration(const CLI::App& command) {
   std::istringstream all(runtime::configuration_text(command));
   std::string kept;
   for (std::string line; std::getline(all, line);) {
-    if (line.rfind("force-sign", 0) != 0) kept += line + "\n";
+    if (!line.starts_with("force-sign") && !line.starts_with("json")) kept += line + "\n";
   }
   return kept;
 }
@@ -76,10 +79,17 @@ Result<void> import(const ImportOptions& options) {
   const auto imported =
       session_import::store_sessions(**store, *sessions, [&stop] { return stop.is_requested(); });
   if (!imported) return imported.error();
+  nlohmann::json json{{"sessions", nlohmann::json::array()}, {"left_out", usable.left_out}};
+  std::string text;
   for (const auto& session : *imported) {
-    std::printf("session %s: %s, %s, %u trials\n", to_hex(session.session).c_str(), session.subject.c_str(),
-                session.protocol_name.c_str(), session.planned_trials);
+    json["sessions"].push_back({{"session", to_hex(session.session)},
+                                {"subject", session.subject},
+                                {"protocol", session.protocol_name},
+                                {"trials", session.planned_trials}});
+    text += fmt::format("session {}: {}, {}, {} trials\n", to_hex(session.session), session.subject,
+                        session.protocol_name, session.planned_trials);
   }
+  print_answer(options.is_json, std::move(json), text);
   return {};
 }
 
@@ -94,6 +104,7 @@ void add_import_command(CLI::App& app, Command& chosen) {
       ->check(CLI::ExistingDirectory);
   add_archive_option(*command, options->archive);
   options->analysis.add_to(*command);
+  add_json_flag(*command, options->is_json);
   command->callback([options, command, &chosen] {
     options->configuration = archived_configuration(*command);
     chosen = [options] {

@@ -5,6 +5,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/contract/names.hpp"
@@ -112,7 +113,7 @@ void add_ls_command(CLI::App& app, Command& chosen) {
   auto option = std::make_shared<ArchiveOption>();
   auto is_json = std::make_shared<bool>(false);
   add_archive_option(*command, *option);
-  command->add_flag("--json", *is_json, "for programs");
+  add_json_flag(*command, *is_json);
   command->callback([option, is_json, &chosen] {
     chosen = [option, is_json] {
       auto store = open_to_read(*option);

@@ -5,6 +5,7 @@
 #include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/pki/authority.hpp"
 #include "services/runtime/options.hpp"
@@ -40,10 +41,11 @@ std::string state_of(const pki::Issued& issued) {
 Result<void> init(const PkiOptions& o) {
   TONUS_TRY_ASSIGN(const auto authority,
                    pki::Authority::create(o.authority, o.dds, std::chrono::days(o.days), now()));
-  std::printf(
-      "%s: authority of a secured domain on %s, for %d days. Keep this folder apart from the rig; its key "
-      "makes certificates.\n",
-      authority.folder().c_str(), o.dds.c_str(), o.days);
+  print_answer(
+      o.is_json, {{"authority", authority.folder().string()}, {"dds", o.dds}, {"days", o.days}},
+      fmt::format("{}: authority of a secured domain on {}, for {} days. Keep this folder apart from "
+                  "the rig; its key makes certificates.\n",
+                  authority.folder().string(), o.dds, o.days));
   return {};
 }
 
@@ -51,8 +53,9 @@ Result<void> issue(const PkiOptions& o) {
   TONUS_TRY_ASSIGN(auto authority, pki::Authority::open(o.authority));
   TONUS_TRY_ASSIGN(const auto folder,
                    authority.issue({o.host, o.roles, o.rigs, std::chrono::days(o.days)}, now()));
-  std::printf("%s: copy this folder to %s and name it there with --security\n", folder.c_str(),
-              o.host.c_str());
+  print_answer(
+      o.is_json, {{"host", o.host}, {"folder", folder.string()}},
+      fmt::format("{}: copy this folder to {} and name it there with --security\n", folder.string(), o.host));
   return {};
 }
 
@@ -84,18 +87,21 @@ Result<void> list(const PkiOptions& o) {
 Result<void> revoke(const PkiOptions& o) {
   TONUS_TRY_ASSIGN(auto authority, pki::Authority::open(o.authority));
   TONUS_TRY_ASSIGN(const auto count, authority.revoke(o.host, o.identity, now()));
-  std::printf(
-      "%zu certificates of %s revoked. Copy %s/hosts/*/revoked.pem to every host and restart the programs "
-      "there: until then they accept it.\n",
-      count, o.host.c_str(), o.authority.c_str());
+  print_answer(o.is_json, {{"host", o.host}, {"revoked", count}},
+               fmt::format("{} certificates of {} revoked. Copy {}/hosts/*/revoked.pem to every host and "
+                           "restart the programs there: until then they accept it.\n",
+                           count, o.host, o.authority));
   return {};
 }
 
 Result<void> renew(const PkiOptions& o) {
   TONUS_TRY_ASSIGN(auto authority, pki::Authority::open(o.authority));
   TONUS_TRY_ASSIGN(const auto count, authority.renew(o.host, std::chrono::days(o.days), now()));
-  std::printf("%zu certificates renewed. Copy %s/hosts/HOST to each host and restart the programs there.\n",
-              count, o.authority.c_str());
+  print_answer(
+      o.is_json, {{"renewed", count}},
+      fmt::format("{} certificates renewed. Copy {}/hosts/HOST to each host and restart the programs "
+                  "there.\n",
+                  count, o.authority));
   return {};
 }
 
@@ -113,6 +119,7 @@ class PkiCommands {
     command->add_option("--authority", options->authority, "folder of the authority")
         ->envname("TONUS_AUTHORITY")
         ->required();
+    add_json_flag(*command, options->is_json);
     command->callback([name, act, options, chosen = chosen_] {
       *chosen = [name, act, options] {
         const auto done = act(*options);
@@ -161,8 +168,7 @@ void add_pki_commands(CLI::App& app, Command& chosen) {
   add_days(of_issue, *options, 365);
 
   options = std::make_shared<PkiOptions>();
-  commands.add("list", "Lists what has been given out, with its end.", list, options)
-      .add_flag("--json", options->is_json, "for programs");
+  commands.add("list", "Lists what has been given out, with its end.", list, options);
 
   options = std::make_shared<PkiOptions>();
   CLI::App& of_revoke = commands.add("revoke", "Takes a host's certificates back.", revoke, options);

@@ -2,6 +2,7 @@
 #include <cstdio>
 #include <memory>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
 #include "services/runtime/options.hpp"
@@ -13,6 +14,7 @@ namespace {
 struct RecoverOptions {
   std::string file;
   std::string out;
+  bool is_json = false;
 };
 
 void print_rows(const char* what, const std::vector<store::RowRange>& ranges) {
@@ -52,6 +54,37 @@ void print(const store::Recovery& recovery, const std::string& target) {
                                           : "what came after the last row that is left cannot be known");
 }
 
+nlohmann::json json_of(const std::vector<store::RowRange>& ranges) {
+  nlohmann::json list = nlohmann::json::array();
+  for (const auto& range : ranges) list.push_back({range.first, range.last});
+  return list;
+}
+
+nlohmann::json json_of(const store::Recovery& recovery, const std::string& target) {
+  nlohmann::json samples = nlohmann::json::array();
+  for (const auto& lost : recovery.lost_samples)
+    samples.push_back({{"rig", to_hex(lost.stream.rig)},
+                       {"epoch", lost.stream.epoch},
+                       {"first", lost.range.first},
+                       {"last", lost.range.end - 1}});
+  return {{"to", target},
+          {"pages", recovery.pages},
+          {"pages_expected", recovery.pages_expected},
+          {"pages_from_log", recovery.pages_from_log},
+          {"has_header", recovery.has_header},
+          {"blocks", recovery.blocks},
+          {"messages", recovery.messages},
+          {"sessions", recovery.sessions},
+          {"trials", recovery.trials},
+          {"lost_blocks", json_of(recovery.lost_blocks)},
+          {"lost_messages", json_of(recovery.lost_messages)},
+          {"damaged_messages", recovery.damaged_messages},
+          {"lost_samples", samples},
+          {"incomplete_trials", recovery.incomplete_trials},
+          {"unreadable_rows", recovery.unreadable_rows},
+          {"is_whole", recovery.is_whole()}};
+}
+
 }  // namespace
 
 void add_recover_command(CLI::App& app, Command& chosen) {
@@ -60,6 +93,7 @@ void add_recover_command(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<RecoverOptions>();
   command->add_option("file", options->file, "the damaged SQLite file; it is not changed")->required();
   command->add_option("--out", options->out, "the new archive (default: FILE.recovered.sqlite)");
+  add_json_flag(*command, options->is_json);
   command->callback([options, &chosen] {
     chosen = [options] {
       const std::string target = options->out.empty() ? options->file + ".recovered.sqlite" : options->out;
@@ -69,7 +103,10 @@ void add_recover_command(CLI::App& app, Command& chosen) {
           [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
       bar.clear();
       if (!recovery) return runtime::report("tonus recover", recovery.error());
-      print(*recovery, target);
+      if (options->is_json)
+        print_answer(true, json_of(*recovery, target), {});
+      else
+        print(*recovery, target);
       return 0;
     };
   });

@@ -4,9 +4,11 @@
 #include <memory>
 
 #include "analysis_service/report/report.hpp"
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
+#include "services/cli/standard_input.hpp"
 #include "services/runtime/options.hpp"
 #include "services/simulation/cohort.hpp"
 
@@ -17,6 +19,7 @@ struct ReportOptions {
   ArchiveOption archive;
   std::string cohort;
   std::string folder = "report";
+  bool is_json = false;
 };
 
 Result<void> report(const ReportOptions& options) {
@@ -35,7 +38,8 @@ Result<void> report(const ReportOptions& options) {
     std::fprintf(stderr, "writing %s\n", what.c_str());
   });
   if (!written) return written;
-  std::printf("report: %s/index.html\n", options.folder.c_str());
+  const std::string page = options.folder + "/index.html";
+  print_answer(options.is_json, {{"report", page}}, "report: " + page + "\n");
   return {};
 }
 
@@ -48,14 +52,18 @@ void add_report_command(CLI::App& app, Command& chosen) {
   add_archive_option(*command, options->archive);
   command
       ->add_option("--cohort", options->cohort,
-                   "TOML file of the subjects: their link lengths and, of simulated ones, the truth")
+                   "TOML file of the subjects: their link lengths and, of simulated ones, the truth; - is "
+                   "standard input")
       ->required();
   command->add_option("--out", options->folder, "folder for the report")->capture_default_str();
+  add_json_flag(*command, options->is_json);
   command->callback([options, &chosen] {
     chosen = [options] {
       runtime::start_log("tonus report", "info");
+      const auto input = StandardInput::take(options->cohort, "a cohort");
+      if (!input) return runtime::report("tonus report", input.error());
       const auto outcome = report(*options);
-      return outcome ? 0 : runtime::report("tonus report", outcome.error());
+      return outcome ? 0 : runtime::report("tonus report", input->told(outcome.error()));
     };
   });
 }

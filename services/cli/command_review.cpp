@@ -7,6 +7,7 @@
 #include <memory>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/current_session.hpp"
 #include "services/contract/review.hpp"
@@ -25,6 +26,7 @@ struct ReviewOptions {
   std::string text;
   std::string by;
   bool is_marker = false;
+  bool is_json = false;
 };
 
 /// The trial that a person names in this session.
@@ -67,7 +69,7 @@ Result<void> ask(const ReviewOptions& options, v1::SessionRequest request) {
     command.trial_id(trial);
   }
   TONUS_TRY_ASSIGN(const auto reply, end->client().request(std::move(command), kReplyLimit));
-  std::printf("%s\n", reply.c_str());
+  print_answer(options.is_json, {{"session", to_hex(state.session_id())}, {"message", reply}}, reply + "\n");
   return {};
 }
 
@@ -77,6 +79,7 @@ CLI::App* add(CLI::App& app, Command& chosen, const std::shared_ptr<ReviewOption
               v1::SessionRequest request) {
   auto* command = app.add_subcommand(name, help);
   runtime::add_common_options(*command, options->common);
+  add_json_flag(*command, options->is_json);
   command->add_option("--by", options->by, "who says so (default: the command line)");
   command->callback([options, name, text, request, &chosen] {
     chosen = [options, name, text, request] {

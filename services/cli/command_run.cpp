@@ -1,18 +1,15 @@
 #include <CLI/CLI.hpp>
-#include <array>
 #include <cstdio>
 #include <memory>
 #include <optional>
-#include <sys/mman.h>
-#include <unistd.h>
 
 #include "services/cli/command_dry_run.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/operator_connection.hpp"
 #include "services/cli/session_run.hpp"
+#include "services/cli/standard_input.hpp"
 #include "services/cli/study_run.hpp"
 #include "services/cli/system.hpp"
-#include "services/core/file_descriptor.hpp"
 #include "services/protocol/protocol_file.hpp"
 #include "services/runtime/settings.hpp"
 #include "services/store/open_store.hpp"
@@ -30,36 +27,23 @@ void add_run_options(CLI::App& command, RunOptions& run) {
                   "the subject's name; for a study, the subject whose sessions to run")
       ->capture_default_str();
   command.add_option("--seed", run.seed, "of random orders and waits")->capture_default_str();
-  command.add_option("--json", run.json, "file for the results");
+  command.add_option("--json", run.json, "file for the results; -: standard output, and nothing else there");
 }
 
-constexpr const char* kStandardInput = "-";
-constexpr std::size_t kStandardInputMost = 1U << 20;  // far more than a protocol may have
+/// Standard input, where the protocol or the profile is "-", and where the results go.
+struct Channels {
+  StandardInput protocol;
+  StandardInput profile;
 
-/// A protocol that is "-" becomes what standard input holds: a file without a name, which lives as long as
-/// the descriptor. Any other one is left as it is, and the descriptor is closed.
-Result<FileDescriptor> take_standard_input(RunOptions& run) {
-  if (run.protocol != kStandardInput) return FileDescriptor();
-  FileDescriptor file(memfd_create("protocol", MFD_CLOEXEC));
-  if (!file.is_open()) return fail(ErrorCode::kIo, "standard input: there is no memory for it");
-  std::array<char, 4096> part{};
-  std::size_t size = 0;
-  for (std::size_t n = 0; (n = std::fread(part.data(), 1, part.size(), stdin)) > 0; size += n) {
-    if (size + n > kStandardInputMost || write(file.get(), part.data(), n) != static_cast<ssize_t>(n))
-      return fail(ErrorCode::kInvalidArgument, "standard input: is too long for a protocol");
-  }
-  if (size == 0) return fail(ErrorCode::kInvalidArgument, "standard input: is empty; expected a protocol");
-  run.protocol = "/proc/self/fd/" + std::to_string(file.get());
-  return file;
-}
+  [[nodiscard]] Error told(Error error) const { return profile.told(protocol.told(std::move(error))); }
+};
 
-/// The message with "standard input" where the file without a name stands.
-Error told(Error error, const RunOptions& run, const FileDescriptor& standard_input) {
-  if (!standard_input.is_open()) return error;
-  for (auto at = error.message.find(run.protocol); at != std::string::npos;
-       at = error.message.find(run.protocol))
-    error.message.replace(at, run.protocol.size(), "standard input");
-  return error;
+Result<Channels> take_channels(RunOptions& run) {
+  TONUS_TRY_ASSIGN(auto protocol, StandardInput::take(run.protocol, "a protocol"));
+  TONUS_TRY_ASSIGN(auto profile, StandardInput::take(run.profile, "a profile"));
+  TONUS_TRY_ASSIGN(auto results, ResultsFile::create(run.json));
+  run.results = std::make_shared<ResultsFile>(std::move(results));
+  return Channels{std::move(protocol), std::move(profile)};
 }
 
 Result<void> check(const RunOptions& run) {
@@ -201,7 +185,8 @@ void add_run_command(CLI::App& app, Command& chosen) {
   add_people_options(*command, run->people);
   command->add_option("--dataset", run->dataset,
                       "play every record of this BIDS dataset, instead of a protocol");
-  command->add_option("--profile", run->profile, "of the simulated rig, for its truth beside the results");
+  command->add_option("--profile", run->profile,
+                      "of the simulated rig, for its truth beside the results; - is standard input");
   command->add_flag("--dry-run", run->is_dry,
                     "print trials, duration and extremes for the simulated rig, and move nothing");
   command->add_option("--like", run->like,
@@ -214,10 +199,10 @@ void add_run_command(CLI::App& app, Command& chosen) {
       runtime::start_log("tonus run", *common);
       run->detaches = true;
       run->archive.data = common->data;
-      const auto standard_input = take_standard_input(*run);
-      if (!standard_input) return runtime::report("tonus run", standard_input.error());
+      const auto channels = take_channels(*run);
+      if (!channels) return runtime::report("tonus run", channels.error());
       const auto outcome = run->attaches ? attach(*common, *run) : run_here(*common, *run);
-      return outcome ? 0 : runtime::report("tonus run", told(outcome.error(), *run, *standard_input));
+      return outcome ? 0 : runtime::report("tonus run", channels->told(outcome.error()));
     };
   });
 }
@@ -243,10 +228,10 @@ void add_demo_command(CLI::App& app, Command& chosen) {
       runtime::start_log("tonus demo", system->common);
       if (*is_study && run->protocol.empty()) run->protocol = kStudyProtocol;
       if (*is_study && cohort->empty()) *cohort = kStudyCohort;
-      const auto standard_input = take_standard_input(*run);
-      if (!standard_input) return runtime::report("tonus demo", standard_input.error());
+      const auto channels = take_channels(*run);
+      if (!channels) return runtime::report("tonus demo", channels.error());
       const auto outcome = demo(*system, *run, *cohort);
-      return outcome ? 0 : runtime::report("tonus demo", told(outcome.error(), *run, *standard_input));
+      return outcome ? 0 : runtime::report("tonus demo", channels->told(outcome.error()));
     };
   });
 }

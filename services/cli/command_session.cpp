@@ -6,6 +6,7 @@
 #include <spdlog/fmt/fmt.h>
 #include <vector>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/condition_text.hpp"
 #include "services/cli/current_session.hpp"
@@ -104,7 +105,7 @@ Result<void> status(const runtime::CommonOptions& common, bool is_json) {
   return {};
 }
 
-Result<void> stop(const runtime::CommonOptions& common) {
+Result<void> stop(const runtime::CommonOptions& common, bool is_json) {
   const SystemClock clock;
   TONUS_TRY_ASSIGN(auto bus, runtime::open_bus(common, "tonus stop"));
   TONUS_TRY_ASSIGN(auto sender, runtime::RigStopSender::create(std::move(bus), clock));
@@ -113,12 +114,15 @@ Result<void> stop(const runtime::CommonOptions& common) {
     return fail(took.error().code, fmt::format("{} of rig '{}' in domain {}; use the stop of the hardware",
                                                took.error().message, common.rig, common.domain));
   }
-  std::printf("rig '%s' stopped after %.1f ms and is held. When it is safe, type: tonus clear-fault\n",
-              common.rig.c_str(), std::chrono::duration<double, std::milli>(*took).count());
+  const double took_ms = std::chrono::duration<double, std::milli>(*took).count();
+  print_answer(is_json, {{"rig", common.rig}, {"after_ms", took_ms}},
+               fmt::format("rig '{}' stopped after {:.1f} ms and is held. When it is safe, type: tonus "
+                           "clear-fault\n",
+                           common.rig, took_ms));
   return {};
 }
 
-Result<void> clear_fault(const runtime::CommonOptions& common) {
+Result<void> clear_fault(const runtime::CommonOptions& common, bool is_json) {
   TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
   SessionClient& client = end->client();
   const Id rig = rig_id(common.rig);
@@ -130,7 +134,8 @@ Result<void> clear_fault(const runtime::CommonOptions& common) {
   }
   const v1::RigState state = *client.rig_state(rig);
   if (state.mode() != v1::RIG_HELD) {
-    std::printf("rig '%s' is not held\n", common.rig.c_str());
+    print_answer(is_json, {{"rig", common.rig}, {"was_held", false}, {"held_because", ""}},
+                 fmt::format("rig '{}' is not held\n", common.rig));
     return {};
   }
   v1::RigCommand clear;
@@ -138,12 +143,13 @@ Result<void> clear_fault(const runtime::CommonOptions& common) {
   clear.request(v1::RIG_CLEAR_FAULT);
   clear.hold_number(state.hold_number());
   TONUS_TRY(client.request(clear, kReplyLimit));
-  std::printf("rig '%s' was held: %s. It is free; a session goes on after: tonus resume\n",
-              common.rig.c_str(), state.held_because().c_str());
+  print_answer(is_json, {{"rig", common.rig}, {"was_held", true}, {"held_because", state.held_because()}},
+               fmt::format("rig '{}' was held: {}. It is free; a session goes on after: tonus resume\n",
+                           common.rig, state.held_because()));
   return {};
 }
 
-Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest request) {
+Result<void> steer(const runtime::CommonOptions& common, bool is_json, v1::SessionRequest request) {
   TONUS_TRY_ASSIGN(const auto end, OperatorConnection::join(common));
   TONUS_TRY_ASSIGN(const auto state, current_session(*end, common));
   v1::SessionCommand command;
@@ -152,41 +158,39 @@ Result<void> steer(const runtime::CommonOptions& common, v1::SessionRequest requ
   command.subject_facts(contract::unknown_subject());
   auto reply = end->client().request(command, kReplyLimit);
   if (!reply) return reply.error();
-  std::printf("%s\n", reply->c_str());
+  print_answer(is_json, {{"session", to_hex(state.session_id())}, {"message", *reply}}, *reply + "\n");
   return {};
 }
 
-CLI::App* add(CLI::App& app, Command& chosen, const std::string& name, const std::string& what,
-              std::function<Result<void>(const runtime::CommonOptions&)> act) {
+void add(CLI::App& app, Command& chosen, const std::string& name, const std::string& what,
+         std::function<Result<void>(const runtime::CommonOptions&, bool is_json)> act) {
   auto* command = app.add_subcommand(name, what);
   auto common = std::make_shared<runtime::CommonOptions>();
+  auto is_json = std::make_shared<bool>(false);
   runtime::add_common_options(*command, *common);
-  command->callback([common, name, act, &chosen] {
-    chosen = [common, name, act] {
+  add_json_flag(*command, *is_json);
+  command->callback([common, is_json, name, act, &chosen] {
+    chosen = [common, is_json, name, act] {
       runtime::start_log("tonus " + name, *common);
-      const auto outcome = act(*common);
+      const auto outcome = act(*common, *is_json);
       return outcome ? 0 : runtime::report("tonus " + name, outcome.error());
     };
   });
-  return command;
 }
 
 }  // namespace
 
 void add_status_command(CLI::App& app, Command& chosen) {
-  auto is_json = std::make_shared<bool>(false);
-  auto* command = add(app, chosen, "status", "Shows the services and the session.",
-                      [is_json](const runtime::CommonOptions& common) { return status(common, *is_json); });
-  command->add_flag("--json", *is_json, "for programs");
+  add(app, chosen, "status", "Shows the services and the session.", status);
 }
 
 void add_steering_commands(CLI::App& app, Command& chosen) {
   add(app, chosen, "pause", "Pauses the session after the running trial.",
-      [](const auto& common) { return steer(common, v1::SESSION_PAUSE); });
+      [](const auto& common, bool is_json) { return steer(common, is_json, v1::SESSION_PAUSE); });
   add(app, chosen, "resume", "Goes on with a paused session, or with one that waits for the operator.",
-      [](const auto& common) { return steer(common, v1::SESSION_RESUME); });
+      [](const auto& common, bool is_json) { return steer(common, is_json, v1::SESSION_RESUME); });
   add(app, chosen, "abort", "Ends the session and the running trial at once.",
-      [](const auto& common) { return steer(common, v1::SESSION_ABORT); });
+      [](const auto& common, bool is_json) { return steer(common, is_json, v1::SESSION_ABORT); });
   add(app, chosen, "stop", "Stops the rig at once and holds it; needs nothing of the system but the rig.",
       stop);
   add(app, chosen, "clear-fault",

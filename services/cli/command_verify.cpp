@@ -4,6 +4,7 @@
 #include <nlohmann/json.hpp>
 #include <spdlog/fmt/fmt.h>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/commands.hpp"
 #include "services/cli/progress_bar.hpp"
@@ -134,7 +135,7 @@ void add_verify_command(CLI::App& app, Command& chosen) {
   auto options = std::make_shared<VerifyOptions>();
   command->add_option("session", options->session, "its id or the beginning of it (default: the last one)");
   add_archive_option(*command, options->archive);
-  command->add_flag("--json", options->is_json, "for programs");
+  add_json_flag(*command, options->is_json);
   command->callback([options, &chosen] {
     chosen = [options] {
       const auto is_well = verify(*options);

@@ -17,7 +17,6 @@
 #include "services/contract/names.hpp"
 #include "services/contract/subject.hpp"
 #include "services/core/json_text.hpp"
-#include "services/core/text_file.hpp"
 #include "services/protocol/protocol_file.hpp"
 #include "services/runtime/options.hpp"
 #include "services/simulation/true_impedance.hpp"
@@ -106,7 +105,7 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
     for (const auto& condition : state->conditions()) json["progress"].push_back(condition_json(condition));
   }
   json["loaded"] = as_json(study::loaded_postures(estimates));
-  return write_text_file(options.json, json_text(json) + "\n");
+  return options.results->write(json_text(json) + "\n");
 }
 
 /// What an operator types when a session waits for one; empty where it does not.

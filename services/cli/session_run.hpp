@@ -1,9 +1,11 @@
 #pragma once
 
 #include <functional>
+#include <memory>
 #include <string>
 #include <vector>
 
+#include "services/cli/answer.hpp"
 #include "services/cli/archive_option.hpp"
 #include "services/cli/people_options.hpp"
 #include "services/cli/session_client.hpp"
@@ -18,8 +20,9 @@ struct RunOptions {
   std::string subject = "sub-01";
   PeopleOptions people;
   std::uint64_t seed = 1;
-  std::string profile;    ///< Of the simulated rig, for the truth beside the results.
-  std::string json;       ///< File for the results.
+  std::string profile;                         ///< Of the simulated rig, for the truth beside the results.
+  std::string json;                            ///< File for the results; empty: none, "-": standard output.
+  std::shared_ptr<const ResultsFile> results;  ///< Where that is.
   bool is_brief = false;  ///< Print one line at the end and no results: they are in the archive.
   bool is_dry = false;    ///< Say what would be done, and do nothing.
   std::string like;       ///< Dry run: an archived session that tells how many trials are expected.

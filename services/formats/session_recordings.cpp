@@ -152,6 +152,21 @@ void append(const SessionTrial& trial, const store::TrialSamples& found, Recordi
   }
 }
 
+/// The rig's other channels during the trial, behind what the run has of them.
+Result<void> append_auxiliary(store::Store& store, const SessionTrial& trial, const store::TrialRig& rig,
+                              Recording& record) {
+  TONUS_TRY_ASSIGN(auto series, store::read_trial_auxiliary(store, trial, rig.description));
+  if (record.auxiliary.empty()) {
+    record.auxiliary = std::move(series);
+    return {};
+  }
+  for (std::size_t i = 0; i < series.size(); ++i) {
+    auto& values = record.auxiliary[i].values;
+    values.insert(values.end(), series[i].values.begin(), series[i].values.end());
+  }
+  return {};
+}
+
 /// What must be the same for trials to stand in one run.
 struct RunKey {
   std::uint32_t posture_index = 0;
@@ -195,6 +210,7 @@ Result<std::vector<Recording>> recordings_of(store::Store& store, const Session&
     Recording& run = runs[static_cast<std::size_t>(place - keys.begin())];
     append_notes(session, trial, found, run);
     append(trial, found, run);
+    TONUS_TRY(append_auxiliary(store, trial, rig, run));
   }
   if (progress) progress(session.trials.size(), session.trials.size());
   if (runs.empty()) {

@@ -28,6 +28,7 @@ using recording::Recording;
 using store::Batch;
 
 constexpr std::size_t kSamplesABlock = 128;
+constexpr std::size_t kMostValues = 14000;  // of AuxiliaryBlock
 
 v1::RigDescription description_of(const Recording& record) {
   v1::RigDescription wire;
@@ -38,6 +39,9 @@ v1::RigDescription description_of(const Recording& record) {
   wire.sample_rate_Hz(record.sampling_frequency);
   wire.displacement_unit(record.displacement_unit);
   wire.force_unit(record.force_unit);
+  std::vector<AuxiliaryChannel> channels;
+  for (const AuxiliarySeries& series : record.auxiliary) channels.push_back(series.channel);
+  contract::put_auxiliary_channels(channels, wire);
   return wire;
 }
 
@@ -119,6 +123,8 @@ class SessionMaker {
     plan_.started_at(iso8601(settings.imported_ns));
     plan_.software_version(settings.software_version);
     stream_ = {description.rig_id(), epoch};
+    for (const v1::AuxiliaryChannel& channel : description.auxiliary_channels())
+      auxiliary_values_ += channel.values_per_sample();
   }
 
   Result<void> add(const Recording& record) {
@@ -145,7 +151,8 @@ class SessionMaker {
     batch_.sessions = {store::to_record(plan_)};
     store::Coverage coverage;
     coverage.add({0, next_});
-    batch_.streams = {{stream_, 0, coverage, 0, 0}};
+    batch_.streams = {{stream_, 0, coverage, 0, 0, auxiliary_values_, {}}};
+    if (auxiliary_values_ > 0) batch_.streams.front().auxiliary_coverage = coverage;
     TONUS_TRY(identify(progress));
     TONUS_TRY(put_end());
     return ImportedSession{store::to_record(plan_), std::move(batch_)};
@@ -228,8 +235,10 @@ class SessionMaker {
   }
 
   Result<void> add_samples(const Recording& record, const recording::Stretch& range, const Id& trial) {
-    for (std::size_t first = range.first; first <= range.last; first += kSamplesABlock) {
-      const std::size_t end = std::min(first + kSamplesABlock, range.last + 1);
+    std::size_t most = kSamplesABlock;
+    if (auxiliary_values_ > 0) most = std::min<std::size_t>(most, kMostValues / auxiliary_values_);
+    for (std::size_t first = range.first; first <= range.last; first += most) {
+      const std::size_t end = std::min(first + most, range.last + 1);
       v1::SampleBlock wire;
       wire.rig_id(stream_.rig);
       wire.session_id(plan_.session_id());
@@ -239,14 +248,43 @@ class SessionMaker {
       for (std::size_t i = first; i < end; ++i) wire.samples().push_back(sample_of(record, i, range));
       TONUS_TRY_ASSIGN(auto payload, bus::encode(wire));
       TONUS_TRY_ASSIGN(auto block, store::read_block_header(payload));
-      block.received_ns = settings_.imported_ns;
-      block.payload = std::make_shared<const std::vector<std::byte>>(std::move(payload));
-      block.checksum = crc32c(*block.payload);
-      batch_.blocks.push_back(std::move(block));
+      add_block(std::move(block), std::move(payload));
+      TONUS_TRY(add_auxiliary(record, first, end, wire));
       next_ += end - first;
     }
     // As on a rig, time continues: the next trial's stamps follow.
     elapsed_ns_ += recording::row_time_ns(record, range.last + 1 - range.first);
+    return {};
+  }
+
+  void add_block(store::Block block, bus::Payload payload) {
+    block.received_ns = settings_.imported_ns;
+    block.payload = std::make_shared<const bus::Payload>(std::move(payload));
+    block.checksum = crc32c(*block.payload);
+    batch_.blocks.push_back(std::move(block));
+  }
+
+  /// What the auxiliary channels gave with rows first .. end - 1, which are the samples of `samples`.
+  Result<void> add_auxiliary(const Recording& record, std::size_t first, std::size_t end,
+                             const v1::SampleBlock& samples) {
+    if (auxiliary_values_ == 0) return {};
+    v1::AuxiliaryBlock wire;
+    wire.rig_id(samples.rig_id());
+    wire.session_id(samples.session_id());
+    wire.trial_id(samples.trial_id());
+    wire.epoch(samples.epoch());
+    wire.first_sequence(samples.first_sequence());
+    wire.sample_count(static_cast<std::uint32_t>(end - first));
+    wire.values().reserve((end - first) * auxiliary_values_);
+    for (std::size_t row = first; row < end; ++row) {
+      for (const AuxiliarySeries& series : record.auxiliary) {
+        const auto from = series.values.begin() + static_cast<std::ptrdiff_t>(row * series.values_per_sample);
+        wire.values().insert(wire.values().end(), from, from + series.values_per_sample);
+      }
+    }
+    TONUS_TRY_ASSIGN(auto payload, bus::encode(wire));
+    TONUS_TRY_ASSIGN(auto header, store::read_auxiliary_header(payload));
+    add_block(std::move(header.block), std::move(payload));
     return {};
   }
 
@@ -311,6 +349,7 @@ class SessionMaker {
   v1::RigDescription description_;
   v1::SessionPlan plan_;
   store::StreamKey stream_;
+  std::uint32_t auxiliary_values_ = 0;  ///< With each sample, of all channels.
   Batch batch_;
   std::uint64_t next_ = 0;
   std::int64_t elapsed_ns_ = 0;

@@ -21,7 +21,8 @@ class InheritedFiles;
 /// both are complete. A record without `_events.tsv` is one continuous perturbation over its whole length,
 /// with the next free trial number of its session. Rows of another `trial_type` than `perturbation` are not
 /// ours and are left out. What a run's files do not say is inherited from those of the folders above, as BIDS
-/// has it. Trials without a number have the next free ones of their session.
+/// has it. Trials without a number have the next free ones of their session. Auxiliary channels lie in files
+/// of their own (auxiliary_files.hpp), which are no runs.
 ///
 /// Every error is one line that names the file, the line and column where there is one, the value, and what
 /// is allowed. kNotFound: a file that must be there is not. kInvalidArgument: its content is not allowed.

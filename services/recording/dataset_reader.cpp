@@ -8,6 +8,7 @@
 
 #include "services/core/folder.hpp"
 #include "services/core/parallel.hpp"
+#include "services/recording/auxiliary_files.hpp"
 #include "services/recording/channels.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/recording/events.hpp"
@@ -138,6 +139,37 @@ Result<MotionNotes> read_motion_json(InheritedFiles& inherited, const fs::path& 
   return notes;
 }
 
+/// Files of auxiliary channels, by the run that they belong to: its path without the tracking system.
+using AuxiliaryPaths = std::map<std::string, std::vector<fs::path>>;
+
+constexpr std::string_view kTrackingSystem = "_tracksys-";
+
+/// The label in a file's name; empty: it has none.
+std::string_view tracking_system_in(std::string_view name) {
+  const auto at = name.find(kTrackingSystem);
+  if (at == std::string_view::npos) return {};
+  const auto rest = name.substr(at + kTrackingSystem.size());
+  return rest.substr(0, rest.find('_'));
+}
+
+std::string without_tracking_system(const fs::path& motion_file) {
+  std::string name = motion_file.filename().string();
+  const std::string part = std::string(kTrackingSystem) + std::string(tracking_system_in(name));
+  if (const auto at = name.find(part); at != std::string::npos) name.erase(at, part.size());
+  return (motion_file.parent_path() / name).string();
+}
+
+/// Takes them out of `files`.
+AuxiliaryPaths take_auxiliary_files(std::vector<fs::path>& files) {
+  AuxiliaryPaths taken;
+  std::erase_if(files, [&](const fs::path& file) {
+    if (auxiliary_values_of(tracking_system_in(file.filename().string())) == 0) return false;
+    taken[without_tracking_system(file)].push_back(file);
+    return true;
+  });
+  return taken;
+}
+
 /// RecordingDuration and the rows at the rate that is used say the same time.
 Result<void> check_duration(const fs::path& file, const MotionNotes& notes, const Recording& recording) {
   if (!notes.duration) return {};
@@ -190,9 +222,24 @@ struct Dataset::Run {
   fs::path motion_file;
   MotionNotes notes;
   Columns columns;
+  std::vector<AuxiliaryFile> auxiliary;
   std::optional<EventTable> events;
   std::int64_t whole_trial = 0;  ///< Number of the one trial of a record without events.
+
+  /// Takes those files of auxiliary channels that are this run's.
+  Result<void> add_auxiliary(AuxiliaryPaths& files);
 };
+
+Result<void> Dataset::Run::add_auxiliary(AuxiliaryPaths& files) {
+  const auto own = files.extract(without_tracking_system(motion_file));
+  if (own.empty()) return {};
+  for (const fs::path& file : own.mapped()) {
+    const auto values = auxiliary_values_of(tracking_system_in(file.filename().string()));
+    TONUS_TRY_ASSIGN(auto opened, open_auxiliary(file, values, header.sampling_frequency));
+    auxiliary.push_back(std::move(opened));
+  }
+  return {};
+}
 
 Dataset::Dataset(std::vector<Run> runs, std::vector<std::string> left_out, Imperfect imperfect)
     : runs_(std::move(runs)), left_out_(std::move(left_out)), imperfect_(imperfect) {}
@@ -299,9 +346,10 @@ Result<void> Dataset::number_trials(std::vector<Run>& runs, Imperfect imperfect)
 Result<Dataset> Dataset::open(const fs::path& root, Imperfect imperfect) {
   const bool is_left_out = imperfect == Imperfect::kLeftOut;
   TONUS_TRY(check_root(root));
-  TONUS_TRY_ASSIGN(const auto files, motion_files(root));
+  TONUS_TRY_ASSIGN(auto files, motion_files(root));
   std::vector<std::string> left_out;
   TONUS_TRY(find_misplaced(root, files, left_out));
+  AuxiliaryPaths auxiliary = take_auxiliary_files(files);
   if (!left_out.empty() && (files.empty() || !is_left_out))
     return fail(ErrorCode::kInvalidArgument, left_out.front());
   if (files.empty()) {
@@ -315,6 +363,9 @@ Result<Dataset> Dataset::open(const fs::path& root, Imperfect imperfect) {
   for (const fs::path& file : files) {
     auto run = open_run(file, inherited);
     if (run) {
+      if (const auto added = run->add_auxiliary(auxiliary); !added) run = added.error();
+    }
+    if (run) {
       runs.push_back(*std::move(run));
       continue;
     }
@@ -323,6 +374,15 @@ Result<Dataset> Dataset::open(const fs::path& root, Imperfect imperfect) {
     left_out.push_back(name_with(file, root, run.error()));
   }
   if (runs.empty()) return *first;
+  for (const auto& [stem, lost] : auxiliary) {
+    for (const fs::path& file : lost) {
+      const Error error =
+          fail(ErrorCode::kNotFound,
+               fmt::format("{}: has channels of a recording that is not there", file.string()));
+      if (!is_left_out) return error;
+      left_out.push_back(error.message);
+    }
+  }
   const auto labels = [](const Recording& header) {
     return std::tie(header.participant.id, header.session, header.task, header.acquisition, header.run,
                     header.tracking_system);
@@ -340,6 +400,7 @@ Result<Recording> Dataset::read(std::size_t index) const {
   Recording recording = run.header;
   TONUS_TRY(read_rows(run.motion_file, run.columns, run.notes.missing_value, recording));
   TONUS_TRY(check_duration(run.motion_file, run.notes, recording));
+  TONUS_TRY(read_auxiliary(run.auxiliary, recording));
   if (!run.events) {
     recording.events.push_back(whole_record(recording, run.whole_trial));
     return recording;
@@ -393,6 +454,11 @@ void cut_to_events(Recording& recording) {
   cut(recording.rows);
   cut(recording.commanded);
   cut(recording.phases);
+  for (AuxiliarySeries& series : recording.auxiliary) {
+    const auto values = static_cast<std::ptrdiff_t>(series.values_per_sample);
+    series.values.erase(series.values.begin() + end * values, series.values.end());
+    series.values.erase(series.values.begin(), series.values.begin() + first * values);
+  }
   const std::int64_t trial = recording.events.front().trial;
   recording.events = {whole_record(recording, trial)};
 }

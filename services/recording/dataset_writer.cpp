@@ -7,6 +7,7 @@
 #include "services/core/json_text.hpp"
 #include "services/core/partial_folder.hpp"
 #include "services/core/text_file.hpp"
+#include "services/recording/auxiliary_files.hpp"
 #include "services/recording/channels.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/recording/events.hpp"
@@ -81,6 +82,7 @@ Result<void> check(const Recording& recording) {
     return refuse(fmt::format("{} phases are not allowed; expected {}, one for each row",
                               recording.phases.size(), recording.rows.size()));
   }
+  if (const auto good = check_auxiliary(recording); !good) return refuse(good.error().message);
   for (const Row& row : recording.rows) {
     const bool is_finite = std::isfinite(row.raw.encoder_count[0]) &&
                            std::isfinite(row.raw.encoder_count[1]) && std::isfinite(row.raw.force_V[0]) &&
@@ -132,7 +134,9 @@ constexpr const char* kReadme =
     "the _channels.json beside them has the rig's constants that convert them. x, y are the endpoint and fx, "
     "fy the force\n"
     "on the arm, in the shoulder frame; xc, yc the commanded displacement. The _events.tsv has a row a "
-    "perturbation.\n";
+    "perturbation.\n"
+    "Files of tracksys-auxiliaryxN, where there are any, have the rig's other channels (EMG, triggers), N "
+    "values a row.\n";
 
 Result<void> write_run(const fs::path& root, const Recording& recording, const WriteOptions& options) {
   TONUS_TRY_ASSIGN(const auto stem_name, run_stem(recording));
@@ -153,7 +157,7 @@ Result<void> write_run(const fs::path& root, const Recording& recording, const W
   for (const auto& [path, text] : files) {
     TONUS_TRY(create_text_file(path, text));
   }
-  return {};
+  return write_auxiliary(folder, recording);
 }
 
 Result<void> write_all(const fs::path& root, const std::vector<Recording>& recordings,

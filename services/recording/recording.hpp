@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "services/core/result.hpp"
+#include "services/mechanics/auxiliary_series.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 /// Recordings as the files of a BIDS Motion dataset hold them, and as replay, import and off-line
@@ -135,6 +136,8 @@ struct Recording {
   /// Part of a trial that each row belongs to, numbered as the contract's TrialPhase; empty, or one for each
   /// row.
   std::vector<std::uint8_t> phases;
+  /// What other channels (EMG, triggers) gave with the rows: of each values_per_sample values for a row.
+  std::vector<AuxiliarySeries> auxiliary;
   std::vector<PerturbationEvent> events;  ///< By onset; at least one.
   std::vector<NoteEvent> notes;           ///< By onset. Written, not read.
 };

@@ -206,6 +206,8 @@ Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const s
   bus_options.partition = options.rig;
   TONUS_TRY_ASSIGN(bus_options.network, network_profile(options));
   TONUS_TRY_ASSIGN(bus_options.security, security_files(options, program));
+  if (bus_options.security)
+    TONUS_TRY(check_certificate(*bus_options.security, std::chrono::system_clock::now()));
   return bus::create_bus(bus_options);
 }
 

@@ -1,10 +1,13 @@
 #include "services/runtime/security.hpp"
 
+#include <algorithm>
+#include <spdlog/fmt/chrono.h>
 #include <spdlog/fmt/fmt.h>
 #include <utility>
 
 #include "services/core/folder.hpp"
 #include "services/core/text_file.hpp"
+#include "services/pki/certificate.hpp"
 
 namespace tonus::runtime {
 namespace {
@@ -33,6 +36,10 @@ Result<std::filesystem::path> identity_folder(const std::filesystem::path& folde
   return fail(ErrorCode::kNotFound,
               fmt::format("--security {}: this host has no identity '{}'; issue it with tonus pki issue",
                           folder.string(), wanted.front()));
+}
+
+std::string utc(std::chrono::system_clock::time_point time) {
+  return fmt::format("{:%Y-%m-%d %H:%M UTC}", fmt::gmtime(std::chrono::system_clock::to_time_t(time)));
 }
 
 }  // namespace
@@ -69,6 +76,30 @@ Result<std::optional<bus::SecurityFiles>> security_files(const CommonOptions& op
     TONUS_TRY(check_readable(file));
   }
   return std::optional(std::move(files));
+}
+
+Result<void> check_certificate(const bus::SecurityFiles& files, std::chrono::system_clock::time_point now) {
+  const auto in_file = [](const std::filesystem::path& file, const Error& error) {
+    return fail(error.code, fmt::format("--security {}: {}", file.string(), error.message));
+  };
+  TONUS_TRY_ASSIGN(const auto certificate, read_text_file(files.certificate));
+  const auto state = pki::read_certificate(certificate);
+  if (!state) return in_file(files.certificate, state.error());
+  TONUS_TRY_ASSIGN(const auto list, read_text_file(files.revoked));
+  const auto revoked = pki::read_revocations(list);
+  if (!revoked) return in_file(files.revoked, revoked.error());
+  std::string why;
+  if (std::ranges::find(*revoked, state->serial) != revoked->end())
+    why = "is revoked; issue another one with tonus pki issue";
+  else if (now >= state->end)
+    why = fmt::format("has expired on {}; renew it with tonus pki renew, and copy the host's folder",
+                      utc(state->end));
+  else if (now < state->begin)
+    why = fmt::format("begins on {}, and this host's clock says {}; set the clock", utc(state->begin),
+                      utc(now));
+  if (why.empty()) return {};
+  return fail(ErrorCode::kInvalidArgument, fmt::format("--security {}: the certificate of {} {}",
+                                                       files.certificate.string(), state->common_name, why));
 }
 
 bool may_command(const CommonOptions& options) {

@@ -1,5 +1,6 @@
 #pragma once
 
+#include <chrono>
 #include <optional>
 #include <string>
 
@@ -20,10 +21,15 @@ namespace tonus::runtime {
 ///     IDENTITY/certificate.pem  key.pem  permissions.p7s
 ///
 /// None without `--security`. The command line takes the identity "viewer" where there is no "operator".
-/// kInvalidArgument, kNotFound or kPermission name the file and what to do: another implementation, an
+/// kInvalidArgument, kNotFound or kIo name the file and what to do: another implementation, an
 /// identity that this host was not given, a file that cannot be read.
 [[nodiscard]] Result<std::optional<bus::SecurityFiles>> security_files(const CommonOptions& options,
                                                                        const std::string& program);
+
+/// Whether the others of the domain will take the certificate at the time `now`. kInvalidArgument names the
+/// file and what to do: it has ended, it begins later, the authority has revoked it, or it is none.
+[[nodiscard]] Result<void> check_certificate(const bus::SecurityFiles& files,
+                                             std::chrono::system_clock::time_point now);
 
 /// Whether a program on the command line may command: not where its identity on a secured bus is a viewer's.
 [[nodiscard]] bool may_command(const CommonOptions& options);

@@ -121,6 +121,7 @@ class Rerun {
     add_rows(core_, archived);
     TONUS_TRY(add_auxiliary(trial));
     core_.add(archived.measured.report, now_);
+    if (trial.verdict) reject_contractions(trial.verdict->received_ns);
     const std::size_t before = found_.verdicts.size();
     for (int step = 0; step < kMostSteps && found_.verdicts.size() == before; ++step) {
       advance();
@@ -128,7 +129,10 @@ class Rerun {
     }
     if (found_.verdicts.size() == before)
       found_.remarks.push_back(fmt::format("trial {}: no verdict", trial.attempt));
-    if (trial.review && trial.review->value.is_rejected()) core_.reject(trial.trial, trial.attempt);
+    // A contraction counts for the trials that were judged before its rejection.
+    const bool is_contraction = trial.outcome->value.program().kind() == v1::TRIAL_CONTRACTION;
+    if (trial.review && trial.review->value.is_rejected() && !is_contraction)
+      core_.reject(trial.trial, trial.attempt);
     return {};
   }
 
@@ -140,6 +144,15 @@ class Rerun {
   }
 
  private:
+  /// Those that an operator had rejected when a verdict came.
+  void reject_contractions(std::uint64_t verdict_ns) {
+    for (const SessionTrial& trial : session_.trials) {
+      if (!trial.outcome || trial.outcome->value.program().kind() != v1::TRIAL_CONTRACTION) continue;
+      if (trial.review && trial.review->value.is_rejected() && trial.review->received_ns < verdict_ns)
+        core_.reject(trial.trial, trial.attempt);
+    }
+  }
+
   /// As archived: the core puts them together as the service's did.
   Result<void> add_auxiliary(const SessionTrial& trial) {
     if (!trial.record || !trial.record->has_samples) return {};

@@ -204,5 +204,49 @@ TEST_F(ManualsJson, HasEveryKeyThatTheProgramsPrintAndNoOther) {
   EXPECT_EQ(keys, documented("A condition"));
 }
 
+TEST_F(ManualsJson, HasEveryKeyThatCommandsPrintOfWhatTheyDid) {
+  const auto in = [&](const char* name) { return (folder_ / name).string(); };
+  const std::string archive = this->archive().string();
+  expect_documented(
+      printed({"export", "--json", "--archive", archive, "--format", "bids", "--out", in("bids")}),
+      "tonus export");
+  expect_documented(printed({"import", in("bids"), "--json", "--archive", in("imported.sqlite")}),
+                    "tonus import");
+  expect_documented(printed({"copy", in("copy.sqlite"), "--json", "--archive", archive}), "tonus copy");
+  expect_documented(printed({"backup", in("backup.sqlite"), "--json", "--archive", archive}), "tonus backup");
+  expect_documented(printed({"restore", in("backup.sqlite"), "--json", "--archive", in("restored.sqlite")}),
+                    "tonus backup");
+  expect_documented(printed({"recover", archive, "--json", "--out", in("recovered.sqlite")}),
+                    "tonus recover");
+  const auto session = printed({"ls", "--json", "--archive", archive})["sessions"][0]["session"];
+  auto prune = [&](std::vector<std::string> more) {
+    more.insert(more.begin(), {"prune", "--json", "--session", session, "--archive", in("copy.sqlite")});
+    return printed(more);
+  };
+  EXPECT_EQ(prune({})["is_done"], false);
+  const auto pruned = prune({"--yes"});
+  EXPECT_EQ(pruned["sessions_left"], 0);
+  expect_documented(pruned, "tonus prune");
+  EXPECT_EQ(printed({"pki", "init", "--json", "--dds", "fastdds", "--authority", in("pki")})["dds"],
+            "fastdds");
+  EXPECT_EQ(printed({"pki", "issue", "desk", "--json", "--role", "viewer", "--authority", in("pki")})["host"],
+            "desk");
+  expect_documented(printed({"pki", "list", "--json", "--authority", in("pki")}), "tonus pki");
+  EXPECT_EQ(printed({"pki", "renew", "--json", "--authority", in("pki")})["renewed"], 1);
+  EXPECT_EQ(printed({"pki", "revoke", "desk", "--json", "--authority", in("pki")})["revoked"], 2);
+}
+
+TEST_F(ManualsJson, IsAloneOnStandardOutputWhereTheResultsFileIsADash) {
+  const auto run = run_program("tonus", {"identify", archive(), "--json", "-"}, folder_.path());
+  ASSERT_EQ(run.code, 0) << run.errors;
+  const auto json = nlohmann::json::parse(run.output);
+  EXPECT_FALSE(json["conditions"].empty());
+  EXPECT_NE(run.errors.find("ellipse"), std::string::npos) << "the text is on standard error";
+  const auto dashless = folder_ / "results.json";
+  ASSERT_EQ(run_program("tonus", {"identify", archive(), "--json", dashless.string()}, folder_.path()).code,
+            0);
+  EXPECT_EQ(content_of(dashless), run.output);
+}
+
 }  // namespace
 }  // namespace tonus::testing

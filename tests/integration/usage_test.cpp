@@ -8,6 +8,7 @@
 #include <gmock/gmock.h>
 #include <gtest/gtest.h>
 #include <nlohmann/json.hpp>
+#include <set>
 #include <sstream>
 #include <sys/stat.h>
 #include <unistd.h>
@@ -96,6 +97,11 @@ const std::vector<WrongUse> kWrongUses{
      kFailed,
      {"standard input:1", "schema"},
      "echo 'schema = 7' | \"$@\""},
+    {"TwoFilesFromStandardInput",
+     {"run", "--dry-run", "-", "--profile", "-"},
+     kFailed,
+     {"standard input: is empty; expected a profile"},
+     "\"$@\" < {protocol}"},
     {"HomeThatIsNotSet", {"ls"}, kFailed, {"HOME", "--data"}, "env -u HOME -u XDG_DATA_HOME \"$@\""},
 };
 
@@ -130,7 +136,8 @@ class UsageFiles : public ::testing::Test {
 class Usage : public UsageFiles, public ::testing::WithParamInterface<WrongUse> {};
 
 TEST_P(Usage, WrongGetsOneLineThatHelpsAndItsExitCode) {
-  const auto run = run_program("tonus", filled(GetParam().words), folder_.path(), GetParam().shell);
+  const auto run =
+      run_program("tonus", filled(GetParam().words), folder_.path(), filled({GetParam().shell})[0]);
   EXPECT_EQ(run.code, GetParam().code) << run.errors;
   EXPECT_EQ(std::count(run.errors.begin(), run.errors.end(), '\n'), 1) << run.errors;
   EXPECT_EQ(run.output, "");
@@ -156,7 +163,7 @@ bool is_ready_for_interrupt(pid_t process) {
 }
 
 /// The commands, each where it lasts until somebody ends it: it waits for services, for input, or for a
-/// reader of what it prints.
+/// reader of what it prints. A discovery server ends in order, as services do: below.
 const std::vector<std::vector<std::string>> kLastingCommands{
     {"status", "--domain", "{domain}"},
     {"pause", "--domain", "{domain}"},
@@ -177,6 +184,19 @@ const std::vector<std::vector<std::string>> kLastingCommands{
     {"export", "--archive", "{archive}", "--format", "csv", "--out", "{folder}/csv"},
     {"backup", "{folder}/backup.sqlite", "--archive", "{archive}"},
     {"copy", "{folder}/copy.sqlite", "--archive", "{archive}"},
+    {"import", "{folder}/bids", "--archive", "{folder}/imported.sqlite"},
+    {"recover", "{archive}", "--out", "{folder}/recovered.sqlite"},
+    {"restore", "{archive}", "--archive", "{folder}/restored.sqlite"},
+    {"report", "--cohort", "-", "--archive", "{archive}"},
+    {"pki", "init", "--dds", "fastdds", "--authority", "{folder}/other-pki"},
+    {"pki", "list", "--authority", "{folder}/pki"},
+    {"pki", "issue", "host", "--role", "viewer", "--authority", "{folder}/pki"},
+    {"pki", "renew", "--authority", "{folder}/pki"},
+    {"pki", "revoke", "lost", "--authority", "{folder}/pki"},
+    {"prune", "--older-than", "1", "--archive", "{archive}"},
+    {"reject", "1", "--because", "coughed", "--domain", "{domain}"},
+    {"note", "tired", "--domain", "{domain}"},
+    {"certify", "--conditions", "1000000"},
     {"explain"},
     {"config", "--config", "none"},
 };
@@ -190,10 +210,21 @@ TEST_F(Interrupted, EveryCommandEndsWithOneLineAndTheCodeOfCtrlC) {
   ASSERT_GE(reader, 0);
   const std::string much(65536, '.');
   while (write(reader, much.data(), much.size()) > 0) continue;  // nobody reads: whoever prints waits
+  const auto silence = folder_ / "silence";                      // nobody writes: whoever reads waits
+  ASSERT_EQ(mkfifo(silence.c_str(), 0600), 0);
+  const int writer = open(silence.c_str(), O_RDWR | O_NONBLOCK | O_CLOEXEC);
+  ASSERT_GE(writer, 0);
+  const std::string pki = folder_ / "pki";
+  for (const std::vector<std::string>& words : std::vector<std::vector<std::string>>{
+           {"pki", "init", "--dds", "fastdds", "--authority", pki},
+           {"pki", "issue", "lost", "--role", "viewer", "--authority", pki},
+           {"export", "--format", "bids", "--out", folder_ / "bids", "--archive", kArchive}})
+    ASSERT_EQ(run_program("tonus", words, folder_.path()).code, 0);
   for (const auto& words : kLastingCommands) {
     const auto errors = folder_ / "errors";
-    std::vector<std::string> all{"-c", "exec \"$@\" > " + pipe.string() + " 2> " + errors.string(), "sh",
-                                 program("tonus").string()};
+    std::vector<std::string> all{
+        "-c", "exec \"$@\" > " + pipe.string() + " 2> " + errors.string() + " < " + silence.string(), "sh",
+        program("tonus").string()};
     const auto given = filled(words);
     all.insert(all.end(), given.begin(), given.end());
     Process process("/bin/sh", all, folder_ / "output");
@@ -209,6 +240,33 @@ TEST_F(Interrupted, EveryCommandEndsWithOneLineAndTheCodeOfCtrlC) {
         << words.front() << ": " << said;
   }
   close(reader);
+  close(writer);
+}
+
+TEST_F(Interrupted, TheListHasEveryCommand) {
+  std::set<std::string> named{"discovery-server"};
+  for (const auto& words : kLastingCommands)
+    named.insert(words[0] == "pki" ? words[0] + " " + words[1] : words[0]);
+  const auto reference = run_program("tonus", {"--print-document", "reference"}, folder_.path());
+  std::istringstream lines(reference.output);
+  std::set<std::string> all;
+  for (std::string line; std::getline(lines, line);) {
+    if (line.starts_with("##") && line.find("tonus ") != std::string::npos)
+      all.insert(line.substr(line.find("tonus ") + 6));
+  }
+  all.erase("pki");
+  EXPECT_EQ(named, all);
+}
+
+TEST_F(Interrupted, ADiscoveryServerEndsInOrder) {
+  const int domain = own_domain();
+  Process server(
+      program("tonus"),
+      {"discovery-server", "--domain", std::to_string(domain), "--port", std::to_string(20'000 + domain)},
+      folder_ / "server.log");
+  ASSERT_TRUE(server.wait_for_output("discovery server of domain", kLimit)) << server.output();
+  server.signal(SIGINT);
+  EXPECT_EQ(server.wait(kLimit), 0) << server.output();
 }
 
 class RightUsage : public UsageFiles {};

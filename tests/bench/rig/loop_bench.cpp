@@ -3,6 +3,7 @@
 // loop, queue, agent, blocks, spool on the disk, bus (in memory), and a reader that checks every number.
 //
 //   rig_loop_bench --seconds 600 --seed 1
+//   rig_loop_bench --seconds 600 --rate 1000 --emg 6        and --emg 0, for what the channels cost
 #include <CLI/CLI.hpp>
 #include <cmath>
 #include <cstdio>
@@ -17,6 +18,7 @@
 #include "rig_agent/agent/rig.hpp"
 #include "services/bus/memory/memory_fabric.hpp"
 #include "services/runtime/drain.hpp"
+#include "services/simulation/muscles.hpp"
 #include "tests/bench/rig/bare_timer.hpp"
 #include "tests/support/needed.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -33,6 +35,7 @@ struct BenchOptions {
   double patience = 0.1;  ///< s without a cycle, at which the rig stops; a rig in use has 25 periods.
   std::uint64_t seed = 1;
   int priority = 80;
+  unsigned emg = 0;  ///< Channels, each at twice the loop's rate.
 };
 
 /// What arrived at the other end of the bus.
@@ -52,6 +55,26 @@ struct Received {
       last_ns = sample.acquisition_ns();
       ++samples;
     }
+  }
+};
+
+/// What arrived of the auxiliary channels.
+struct ReceivedValues {
+  std::uint64_t samples = 0;       ///< That have values.
+  std::uint64_t out_of_order = 0;  ///< Not behind the block before.
+  std::uint64_t not_measured = 0;  ///< Values, but for those before the first sample.
+  std::uint64_t wrong_number = 0;  ///< Blocks with another number of values than their samples need.
+  std::uint64_t next = 0;
+  std::size_t values_per_sample = 0;
+
+  void take(const v1::AuxiliaryBlock& block) {
+    if (block.first_sequence() != next) ++out_of_order;
+    if (block.values().size() != block.sample_count() * values_per_sample) ++wrong_number;
+    next = block.first_sequence() + block.sample_count();
+    samples += block.sample_count();
+    const std::size_t begin = block.first_sequence() == 0 ? values_per_sample : 0;
+    for (std::size_t i = begin; i < block.values().size(); ++i)
+      not_measured += std::isnan(block.values()[i]) ? 1U : 0U;
   }
 };
 
@@ -122,11 +145,19 @@ v1::TrialCommand trial(const rig::RigNames& names, std::uint32_t attempt) {
   return c;
 }
 
-int run(const BenchOptions& options) {
-  const testing::TemporaryFolder folder;
-  std::ofstream(folder / "profile.toml") << fmt::format(
+std::string profile_text(const BenchOptions& options) {
+  std::string text = fmt::format(
       "[loop]\nrate_Hz = {:.1f}\nsample_divider = {}\n[limits]\nmissed_periods = {}\nmissed_share = 0\n",
       options.rate, options.divider, std::lround(options.patience * options.rate));
+  for (unsigned i = 0; i < options.emg; ++i)
+    text += fmt::format("[[auxiliary]]\nname = \"{}\"\ntype = \"EMG\"\nunit = \"mV\"\nrate_Hz = {:.1f}\n",
+                        simulation::kMuscleNames[i], 2.0 * options.rate);
+  return text;
+}
+
+int run(const BenchOptions& options) {
+  const testing::TemporaryFolder folder;
+  std::ofstream(folder / "profile.toml") << profile_text(options);
   rig::RigOptions rig_options;
   rig_options.profile = (folder / "profile.toml").string();
   rig_options.seed = options.seed;
@@ -139,6 +170,7 @@ int run(const BenchOptions& options) {
   const SystemClock clock;
   auto bus = needed(bus::create_bus(bus_options));
   auto samples = needed(bus::TypedReader<v1::SampleBlock>::create(*bus, topics::kRigSamples, notifier));
+  auto values = needed(bus::TypedReader<v1::AuxiliaryBlock>::create(*bus, topics::kRigAuxiliary, notifier));
   auto outcomes = needed(bus::TypedReader<v1::TrialOutcome>::create(*bus, topics::kTrialOutcome, notifier));
   auto commands = needed(bus::TypedWriter<v1::TrialCommand>::create(*bus, topics::kTrialCommand));
 
@@ -158,17 +190,21 @@ int run(const BenchOptions& options) {
   agent.start(rig::describe(rig.names(), rig.driver().geometry()));
 
   Received received;
+  ReceivedValues auxiliary;
+  auxiliary.values_per_sample = rig.loop().auxiliary_values();
   std::uint32_t attempts = 0;
   std::uint32_t completed = 0;
   BareTimer bare(std::llround(1e9 / options.rate), rig_options.realtime());
   rig::LoopThread loop(rig.loop(), true, rig_options.realtime());
-  std::printf("%.0f Hz, every %u. cycle a sample, %u s, seed %lu; %s\n", options.rate, options.divider,
-              options.seconds, options.seed, loop.statement().c_str());
+  std::printf("%.0f Hz, every %u. cycle a sample, %u EMG channels of %.0f Hz, %u s, seed %lu; %s\n",
+              options.rate, options.divider, options.emg, 2.0 * options.rate, options.seconds, options.seed,
+              loop.statement().c_str());
   std::fflush(stdout);
 
   const auto begun = clock.now();
   const auto take = [&] {
     for (const auto& block : runtime::drain(samples)) received.take(block.value);
+    for (const auto& block : runtime::drain(values)) auxiliary.take(block.value);
   };
   auto told = begun;
   if (auto sent = commands.write(trial(rig.names(), ++attempts)); !sent) return 1;
@@ -200,8 +236,21 @@ int run(const BenchOptions& options) {
       "samples taken %lu, received %lu, lost %lu, dropped %lu, out of order %lu, stamps not increasing %lu\n",
       state.next_sequence, received.samples, lost, state.samples_dropped, received.out_of_order,
       received.stamps_back);
+  bool has_values = true;
+  if (options.emg > 0) {
+    const std::uint64_t without = state.next_sequence - auxiliary.samples;
+    std::printf(
+        "samples without their values %lu, blocks out of order %lu, of a wrong size %lu, values not "
+        "measured %lu, of %lu\n",
+        without, auxiliary.out_of_order, auxiliary.wrong_number, auxiliary.not_measured,
+        auxiliary.samples * auxiliary.values_per_sample);
+    has_values = without + auxiliary.out_of_order + auxiliary.wrong_number + auxiliary.not_measured == 0;
+  }
   std::printf("trials completed %u, the last one still running; faults 0x%x\n", completed, state.faults);
-  return lost == 0 && received.out_of_order == 0 && received.stamps_back == 0 && state.faults == 0 ? 0 : 1;
+  return lost == 0 && received.out_of_order == 0 && received.stamps_back == 0 && state.faults == 0 &&
+                 has_values
+             ? 0
+             : 1;
 }
 
 }  // namespace
@@ -224,6 +273,9 @@ int main(int argc, char** argv) {
   app.add_option("--seed", options.seed, "of the simulated noise")->capture_default_str();
   app.add_option("--priority", options.priority, "SCHED_FIFO of both loops; 0: none")
       ->check(CLI::Range(0, 99))
+      ->capture_default_str();
+  app.add_option("--emg", options.emg, "channels, each at twice the loop's rate")
+      ->check(CLI::Range(0U, static_cast<unsigned>(simulation::kMuscles)))
       ->capture_default_str();
   CLI11_PARSE(app, argc, argv);
   try {

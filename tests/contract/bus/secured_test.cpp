@@ -14,7 +14,9 @@
 
 #include "idl/topics.hpp"
 #include "services/core/file_descriptor.hpp"
+#include "services/core/text_file.hpp"
 #include "services/pki/authority.hpp"
+#include "services/pki/documents.hpp"
 #include "tests/contract/bus/contract_fixture.hpp"
 #include "tests/support/bus/private_network.hpp"
 #include "tests/support/temporary_folder.hpp"
@@ -61,6 +63,22 @@ class Lab {
     return {host_ / "authority.pem", host_ / "revoked.pem",    own / "certificate.pem",
             own / "key.pem",         host_ / "governance.p7s", own / "permissions.p7s"};
   }
+  /// Files of an identity whose holder leaves the authority's governance aside: its own program checks no
+  /// permission, neither its own nor another's, so that only the others can keep it out.
+  [[nodiscard]] SecurityFiles unchecked_files(const std::string& identity) const {
+    std::string lax = pki::governance_document();
+    for (const std::string_view rule : {"enable_join_access_control>true", "enable_read_access_control>true",
+                                        "enable_write_access_control>true"}) {
+      const auto at = lax.find(rule);
+      lax.replace(at + rule.find("true"), 4, "false");
+    }
+    const auto keys = pki::KeyPair{*read_text_file(authority_.folder() / "authority.pem"),
+                                   *read_text_file(authority_.folder() / "authority.key")};
+    SecurityFiles own = files(identity);
+    own.governance = folder_ / (identity + "-governance.p7s");
+    std::ofstream(own.governance) << *pki::sign(lax, keys);
+    return own;
+  }
   [[nodiscard]] BusOptions options(const std::optional<SecurityFiles>& files,
                                    const std::string& rig = "left") const {
     BusOptions options = bus_options(vendor_);
@@ -84,26 +102,28 @@ class SecuredBus : public ::testing::TestWithParam<Vendor> {
   SecuredBus() : lab_(GetParam()) {}
 
   /// An intruder with these files tries ten times to write to and read from a rig and an operator who talk
-  /// to each other; both stay out of its reach.
-  void expect_nothing_for(const std::optional<SecurityFiles>& files) {
+  /// to each other; both stay out of its reach. `spied_topic`: of the rig, one that the intruder may not
+  /// read.
+  void expect_nothing_for(const std::optional<SecurityFiles>& files,
+                          std::string_view spied_topic = "rig/state") {
     const auto rig = lab_.join("rig");
     const auto operating = lab_.join("operator");
     auto notifier = std::make_shared<Notifier>();
     auto commands_heard = rig->create_reader(topic_of("rig/command"), notifier);
     auto commands = operating->create_writer(topic_of("rig/command"));
-    auto states = rig->create_writer(topic_of("rig/state"));
+    auto states = rig->create_writer(topic_of(spied_topic));
     ASSERT_TRUE(commands_heard && commands && states);
     const auto intruder = create_bus(lab_.options(files));
     Result<std::unique_ptr<Writer>> false_commands = fail(ErrorCode::kUnavailable, "no bus");
     Result<std::unique_ptr<Reader>> spied_states = fail(ErrorCode::kUnavailable, "no bus");
     if (intruder) {
       false_commands = (*intruder)->create_writer(topic_of("rig/command"));
-      spied_states = (*intruder)->create_reader(topic_of("rig/state"), notifier);
+      spied_states = (*intruder)->create_reader(topic_of(spied_topic), notifier);
     }
     for (std::uint64_t attempt = 0; attempt < 10; ++attempt) {
       // A newcomer who is let in has been found by both: so the intruder could have been.
       const auto newcomer = lab_.join("viewer");
-      auto known_states = newcomer->create_reader(topic_of("rig/state"), notifier);
+      auto known_states = newcomer->create_reader(topic_of(spied_topic), notifier);
       ASSERT_TRUE(known_states);
       if (false_commands) (void)(*false_commands)->write(payload(9, attempt));
       ASSERT_TRUE(eventually([&] { return (*known_states)->status().matched_writers == 1; },
@@ -181,6 +201,10 @@ TEST_P(SecuredBus, ARevokedParticipantGetsNothingAndSendsNothingAlsoWithTheListF
   expect_nothing_for(SecurityFiles{kept / "lost" / "authority.pem", kept / "lost" / "revoked.pem",
                                    own / "certificate.pem", own / "key.pem", kept / "lost" / "governance.p7s",
                                    own / "permissions.p7s"});
+}
+
+TEST_P(SecuredBus, AParticipantOfAnotherRoleGetsNothingAndSendsNothingThoughItsOwnProgramChecksNothing) {
+  expect_nothing_for(lab_.unchecked_files("subject"), "rig/timing");
 }
 
 TEST_P(SecuredBus, AnIdentityWritesNoTopicOfAnother) {

@@ -368,6 +368,30 @@ TEST_F(MusclesInTheCore, AContractionEntersNoEstimate) {
   for (const auto& estimate : estimates) EXPECT_THAT(estimate.estimate.trials_used, SizeIs(::testing::Le(1)));
 }
 
+TEST_F(MusclesInTheCore, AContractionRejectedByHandIsNoReferenceOfTheTrialsAfterIt) {
+  trials_[1].report.plan.kind = TrialKind::kContraction;
+  judge(trials_[0], 1.0);
+  judge(trials_[1], 0.25);
+  const auto activity = [&](std::size_t trial) {
+    const Verdict verdict = judge(trials_[trial], 0.02);
+    EXPECT_TRUE(verdict.activity.muscles.at(0).is_normalised) << trial;
+    return verdict.activity.muscles.at(0).before_onset;
+  };
+  EXPECT_NEAR(activity(2), 0.02, 0.004);
+  core_.reject(trials_[0].report.plan.trial, trials_[0].report.plan.attempt);
+  EXPECT_NEAR(activity(3), 0.08, 0.016) << "relative to the other contraction, a quarter as strong";
+  core_.reject(trials_[1].report.plan.trial, trials_[1].report.plan.attempt);
+  const Verdict without = judge(trials_[4], 0.3);
+  EXPECT_FALSE(without.activity.muscles.at(0).is_normalised);
+  EXPECT_TRUE(without.is_valid) << "nothing is said without a reference";
+}
+
+TEST_F(MusclesInTheCore, AContractionThatWasRejectedBeforeItsValuesCameAnewIsNoReference) {
+  core_.reject(trials_[0].report.plan.trial, trials_[0].report.plan.attempt);
+  EXPECT_TRUE(judge(trials_[0], 1.0).is_valid) << "the verdict is the judge's, the rejection the operator's";
+  EXPECT_FALSE(judge(trials_[1], 0.3).activity.muscles.at(0).is_normalised);
+}
+
 TEST_F(MusclesInTheCore, AVerdictWaitsForTheValuesAndAsksForThem) {
   add(core_, trials_[1]);
   core_.add(trials_[1].report, at(0));

@@ -1,5 +1,6 @@
 #include "analysis_service/muscles/emg.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <gtest/gtest.h>
 #include <limits>
@@ -125,6 +126,24 @@ TEST(Emg, FindsTheLatencyOfAResponseWithinTwoMilliseconds) {
   for (unsigned seed = 1; seed <= 20; ++seed) {
     const double latency = 0.020 + 0.002 * seed;
     EXPECT_NEAR(response_latency(pooled(latency, 2.0, 16, seed), 16, 1000, kRate), latency, 0.002);
+  }
+}
+
+/// As pooled(), but rising over 12 ms from the latency on.
+TEST(Emg, FindsTheBeginOfAResponseThatRisesGradually) {
+  constexpr std::size_t kTrials = 16;
+  for (unsigned seed = 1; seed <= 20; ++seed) {
+    const double latency = 0.020 + 0.002 * seed;
+    std::mt19937 generator(seed);
+    std::normal_distribution<double> noise;
+    std::vector<double> squares(1400, 0.0);
+    for (std::size_t trial = 0; trial < kTrials; ++trial) {
+      for (std::size_t k = 0; k < squares.size(); ++k) {
+        const double risen = std::clamp((static_cast<double>(k) / kRate - 0.5 - latency) / 0.012, 0.0, 1.0);
+        squares[k] += std::pow((1.0 + 5.0 * risen) * noise(generator), 2.0);
+      }
+    }
+    EXPECT_NEAR(response_latency(squares, kTrials, 1000, kRate), latency, 0.002) << seed;
   }
 }
 

@@ -32,7 +32,7 @@ std::vector<AuxiliarySeries> contraction() {
 
 TEST(TrialActivity, IsRelativeToTheReferenceContraction) {
   Reference reference;
-  reference.add(contraction());
+  reference.add(id_of("contraction"), contraction());
   const auto deviation = [](double t) {
     if (t < kOnset) return 0.05;
     if (t < kOnset + 0.05) return 0.4;
@@ -47,6 +47,19 @@ TEST(TrialActivity, IsRelativeToTheReferenceContraction) {
   EXPECT_NEAR(biceps.long_latency, 0.8, 0.05);
 }
 
+TEST(TrialActivity, RefersToTheStrongestContractionThatStillCounts) {
+  Reference reference;
+  reference.add(id_of("weak"), std::vector{emg("biceps", [](double) { return 0.5; })});
+  reference.add(id_of("strong"), std::vector{emg("biceps", [](double) { return 2.0; })});
+  const double strong = reference.level("biceps");
+  reference.withdraw(id_of("strong"));
+  EXPECT_NEAR(reference.level("biceps"), strong / 4.0, 0.01 * strong);
+  reference.withdraw(id_of("nobody's"));
+  EXPECT_TRUE(std::isfinite(reference.level("biceps")));
+  reference.withdraw(id_of("weak"));
+  EXPECT_TRUE(std::isnan(reference.level("biceps")));
+}
+
 TEST(TrialActivity, IsInTheChannelsUnitWithoutAReference) {
   const Reference reference;
   const auto found =
@@ -58,7 +71,7 @@ TEST(TrialActivity, IsInTheChannelsUnitWithoutAReference) {
 
 TEST(TrialActivity, NamesTheMusclesThatWereNotRelaxed) {
   Reference reference;
-  reference.add(contraction());
+  reference.add(id_of("contraction"), contraction());
   const auto found = reference.measure(
       std::vector{emg("biceps", [](double) { return 0.3; }), emg("triceps", [](double) { return 0.02; })},
       kRest, kOnset, {});
@@ -69,7 +82,7 @@ TEST(TrialActivity, NamesTheMusclesThatWereNotRelaxed) {
 
 TEST(TrialActivity, CoContractionFollowsTheWeakerOfTheAntagonists) {
   Reference reference;
-  reference.add(contraction());
+  reference.add(id_of("contraction"), contraction());
   const MuscleSettings settings{0.1, {{"biceps", "triceps"}}};
   const auto index = [&](double first, double second) {
     return reference

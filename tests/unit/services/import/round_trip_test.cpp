@@ -1,4 +1,5 @@
 #include <algorithm>
+#include <bit>
 #include <cmath>
 #include <fstream>
 #include <gtest/gtest.h>
@@ -98,6 +99,46 @@ TEST_F(RoundTrip, KeepsEverySampleWithItsPhase) {
     EXPECT_EQ(was.onset_sequence() - was.first_sequence(), is.onset_sequence() - is.first_sequence());
     EXPECT_EQ(was.program().direction_deg(), is.program().direction_deg());
   }
+}
+
+TEST_F(RoundTrip, KeepsEveryValueOfEveryAuxiliaryChannelAndWhichOnesAreNotThere) {
+  auto recipe = made_up::unloaded_session();
+  recipe.auxiliary = {{"Biceps", "EMG", "mV", 0.1, 2000.0},
+                      {"Onset", "TRIG", "n/a", 1.0, 200.0},
+                      {"Grip", "MISC", "N", -2.5, 400.0},
+                      {"Triceps", "EMG", "mV", 0.3, 2000.0}};
+  recipe.are_values_lost = [](std::uint64_t first) { return first == 3700; };
+  const auto session = archived(std::move(recipe));
+  const auto again = there_and_back(session);
+  ASSERT_EQ(again.trials.size(), session.trials.size());
+  std::size_t lost = 0;
+  for (std::size_t i = 0; i < session.trials.size(); ++i) {
+    const auto before =
+        store::read_trial_auxiliary(original_, session.trials[i], session.descriptions.back().value);
+    const auto after = store::read_trial_auxiliary(copy_, again.trials[i], again.descriptions.back().value);
+    ASSERT_TRUE(before && after);
+    ASSERT_EQ(before->size(), 4U);
+    ASSERT_EQ(after->size(), 4U);
+    for (std::size_t channel = 0; channel < before->size(); ++channel) {
+      const AuxiliarySeries& had = before->at(channel);
+      const AuxiliarySeries& has = after->at(channel);
+      EXPECT_EQ(has.channel.name, had.channel.name);
+      EXPECT_EQ(has.channel.type, had.channel.type);
+      EXPECT_EQ(has.channel.unit, had.channel.unit);
+      EXPECT_EQ(has.channel.rate, had.channel.rate);
+      ASSERT_EQ(has.values.size(), had.values.size());
+      for (std::size_t k = 0; k < had.values.size(); ++k) {
+        lost += std::isnan(had.values[k]) ? 1U : 0U;
+        if (std::isnan(had.values[k]))
+          EXPECT_TRUE(std::isnan(has.values[k])) << had.channel.name << " " << k;
+        else
+          ASSERT_EQ(std::bit_cast<std::uint32_t>(has.values[k]), std::bit_cast<std::uint32_t>(had.values[k]))
+              << had.channel.name << " " << k;
+      }
+    }
+  }
+  EXPECT_EQ(lost, 50U * (10U + 1U + 2U + 10U));  // the block of 50 samples that was lost
+  expect_same_numbers(session, again);
 }
 
 TEST_F(RoundTrip, OfADatasetWithoutCommandsHasNoneAndTheSameEstimates) {

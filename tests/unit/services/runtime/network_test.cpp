@@ -5,12 +5,14 @@
 #include <gtest/gtest.h>
 
 #include "services/core/text_file.hpp"
+#include "services/pki/authority.hpp"
 #include "services/runtime/security.hpp"
 #include "tests/support/temporary_folder.hpp"
 
 namespace tonus::runtime {
 namespace {
 
+using ::testing::AllOf;
 using ::testing::ElementsAre;
 using ::testing::HasSubstr;
 
@@ -110,6 +112,31 @@ TEST_F(SecurityTest, GivesTheCommandLineAViewersIdentityWhereThereIsNoOperators)
   EXPECT_EQ((*files)->key, folder_ / "pki" / "viewer" / "key.pem");
   EXPECT_FALSE(may_command(options_));
   EXPECT_TRUE(may_command({}));
+}
+
+TEST_F(SecurityTest, RefusesACertificateThatTheOthersWouldNotTakeBeforeItJoins) {
+  using std::chrono::days;
+  const auto now = std::chrono::system_clock::now();
+  auto authority = pki::Authority::create(folder_ / "authority", "fastdds", days(90), now);
+  ASSERT_TRUE(authority) << authority.error().message;
+  const auto given = authority->issue({.host = "desk", .roles = {"operator"}, .validity = days(30)}, now);
+  ASSERT_TRUE(given) << given.error().message;
+  options_.security = given->string();
+  const auto refusal_on = [&](std::chrono::system_clock::time_point time) {
+    const auto files = security_files(options_, "tonus");
+    if (!files) return files.error().message;
+    const auto good = check_certificate(**files, time);
+    return good ? std::string("accepted") : good.error().message;
+  };
+  EXPECT_EQ(refusal_on(now), "accepted");
+  EXPECT_EQ(refusal_on(now + days(29)), "accepted");
+  EXPECT_THAT(refusal_on(now + days(31)),
+              AllOf(HasSubstr("operator@desk has expired on 20"), HasSubstr("tonus pki renew")));
+  EXPECT_THAT(refusal_on(now - days(31)), HasSubstr("set the clock"));
+  ASSERT_TRUE(authority->revoke("desk", "", now));
+  EXPECT_THAT(refusal_on(now), HasSubstr("operator@desk is revoked"));
+  EXPECT_TRUE(write_text_file(*given / "revoked.pem", "x"));
+  EXPECT_THAT(refusal_on(now), HasSubstr("revoked.pem: "));
 }
 
 TEST_F(SecurityTest, RefusesInOneLineWhatCannotTakePart) {
