@@ -64,6 +64,7 @@ int main(int argc, char** argv) {
     return refuse("the limit is not allowed; expected 1000 to 500000 us");
   void* memory =
       mmap(nullptr, sizeof(control::Pulse), PROT_READ | PROT_WRITE, MAP_SHARED, static_cast<int>(page), 0);
+  // NOLINTNEXTLINE(performance-no-int-to-ptr): the system's macro
   if (memory == MAP_FAILED) return refuse(std::string("no shared page: ") + std::strerror(errno));
   auto disable = watchdog::disable_of(argv[5], argv[6], argv[7]);
   if (!disable) return refuse(disable.error().message);

@@ -107,7 +107,7 @@ Result<void> run(const Options& options) {
                                                                    std::move(health), run_options));
   spdlog::info("store '{}'", (*store)->name());
 
-  const auto ended = runtime::run_loop_until_error(*notifier, stop, [&] { return archive->step(); });
+  auto ended = runtime::run_loop_until_error(*notifier, stop, [&] { return archive->step(); });
   if (ended) take_the_rest(*archive, *notifier, clock);
   TONUS_TRY(archive->finish());
   return ended;

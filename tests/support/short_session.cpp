@@ -10,6 +10,7 @@ constexpr char kProtocol[] = R"(
 schema = 1
 kind = "unloaded"
 name = "short"
+rejection_limit = {2}
 [[posture]]
 name = "reference"
 position_m = [0.000, 0.380]
@@ -24,8 +25,9 @@ wait_s = [0.5, 0.7]
 
 }  // namespace
 
-void write_short_protocol(const std::filesystem::path& file, int directions, double hold_s) {
-  std::ofstream(file) << fmt::format(kProtocol, directions, hold_s);
+void write_short_protocol(const std::filesystem::path& file, int directions, double hold_s,
+                          int rejection_limit) {
+  std::ofstream(file) << fmt::format(kProtocol, directions, hold_s, rejection_limit);
 }
 
 void write_patient_profile(const std::filesystem::path& file, double command_timeout_s) {

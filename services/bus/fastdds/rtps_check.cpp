@@ -47,9 +47,6 @@ constexpr std::array<std::uint32_t, 12> kDiscovery{0x000100c2, 0x000100c7, 0x000
                                                    0x000004c2, 0x000004c7, 0xff0101c2, 0xff0101c7,
                                                    0xff0003c2, 0xff0003c7, 0xff0004c2, 0xff0004c7};
 
-/// Of those, the writers that tell of writers and readers.
-constexpr std::array<std::uint32_t, 2> kEndpointWriters{0x000003c2, 0x000004c2};
-
 /// Built-in writer and reader of liveliness, in clear and protected: who, what kind, and a sequence of bytes.
 constexpr std::array<std::uint32_t, 4> kLiveliness{0x000200c2, 0x000200c7, 0xff0200c2, 0xff0200c7};
 constexpr std::size_t kLivelinessBytes = 24;
@@ -90,16 +87,17 @@ ByteCursor behind_entities(const Submessage& submessage) {
 
 RtpsFault check_acknack(const Submessage& submessage, std::span<const std::byte> datagram,
                         RtpsChecked& checked) {
-  ByteCursor cursor = submessage.cursor();
-  cursor.skip(4);
-  const std::uint32_t writer = read_entity(cursor);
-  const std::int64_t base = cursor.sequence_number();  // 0: the first word of a reader
-  const bool is_good = base >= 0 && skip_bits(cursor);
-  const std::size_t count_at = submessage.at + cursor.position();
-  cursor.skip(4);
+  ByteCursor cursor = behind_entities(submessage);
+  Acknowledgement word;
+  word.at = submessage.at - kSubmessageHeaderBytes;
+  word.is_little_endian = submessage.has(0);
+  word.base = cursor.sequence_number();  // 0: the first word of a reader
+  const std::size_t set_at = cursor.position();
+  const bool is_good = word.base >= 0 && skip_bits(cursor);
+  word.asks = cursor.position() > set_at + 4;  // behind the count of bits there are some
+  word.count_at = submessage.at + cursor.position();
+  word.count = cursor.u32();
   if (!is_good || cursor.has_failed()) return RtpsFault::kContents;
-  if (std::ranges::find(kEndpointWriters, writer) == kEndpointWriters.end()) return RtpsFault::kNone;
-  Acknowledgement word{submessage.at - kSubmessageHeaderBytes, count_at, {}, base};
   const auto prefix = datagram.subspan(kPrefixAt, kPrefixBytes);
   const auto rest = std::copy(prefix.begin(), prefix.end(), word.ends.begin());
   std::copy_n(submessage.body.begin(), word.ends.size() - kPrefixBytes, rest);

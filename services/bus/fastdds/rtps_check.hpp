@@ -30,12 +30,15 @@ struct RtpsLimits {
   std::size_t message_bytes = 65536;  ///< Largest sample that may come in fragments, with its header.
 };
 
-/// A remote reader's word to a writer of discovery on what it has.
+/// A remote reader's word to a writer on what it has.
 struct Acknowledgement {
   std::size_t at = 0;                ///< Of the submessage in the datagram.
   std::size_t count_at = 0;          ///< Of the acknowledgement's count.
   std::array<std::byte, 20> ends{};  ///< Participant and entity of the reader, entity of the writer.
   std::int64_t base = 0;             ///< The first number that the reader lacks.
+  bool asks = false;                 ///< It wants what it lacks.
+  bool is_little_endian = true;      ///< As the submessage is encoded.
+  std::uint32_t count = 0;           ///< The reader's own; Fast DDS takes no word whose count is not higher.
 };
 
 struct RtpsChecked {
@@ -43,8 +46,8 @@ struct RtpsChecked {
   /// What may be parsed: the datagram without the statistics that Fast DDS appends. Empty if there is a
   /// fault.
   std::span<const std::byte> message;
-  std::vector<BytePatch> patches;                   ///< To be made first; hardly ever any.
-  std::vector<Acknowledgement> acknowledgements{};  ///< Of discovery alone, so hardly ever any.
+  std::vector<BytePatch> patches;  ///< To be made first; hardly ever any.
+  std::vector<Acknowledgement> acknowledgements{};
 };
 
 /// Checks one datagram before Fast DDS 2.9.1 parses it, since that parser ends its process on some datagrams

@@ -19,6 +19,10 @@ namespace tonus::testing {
 namespace {
 
 constexpr std::chrono::seconds kStartLimit{60};
+/// What is done to the programs rejects trials, and a session that asks its operator because of that has not
+/// failed to go on.
+constexpr int kRejectionLimit = 1000;
+constexpr double kHold_s = 1.5;
 constexpr const char* kOthers[] = {"tonus-archive", "tonus-identification", "tonus-scheduler"};
 
 }  // namespace
@@ -77,7 +81,7 @@ std::string LiveSystem::verify_session() {
 }
 
 void LiveSystem::start_session(int directions) {
-  write_short_protocol(folder_ / "protocol.toml", directions);
+  write_short_protocol(folder_ / "protocol.toml", directions, kHold_s, kRejectionLimit);
   run_ = std::make_unique<Process>(
       program("tonus"),
       std::vector<std::string>{"run", (folder_ / "protocol.toml").string(), "--domain",

@@ -55,7 +55,7 @@ Result<Trials> counted_in_journal(const std::filesystem::path& folder) {
     if (entry.path().extension() == ".journal") return wrong("a journal was not put away");
   }
   if (finished.size() != 1) return wrong(fmt::format("{} finished journals, expected 1", finished.size()));
-  auto storage = scheduler::FileStorage::open(finished.front(), scheduler::FileStorage::Mode::kOpen);
+  auto storage = FileStorage::open(finished.front(), FileStorage::Mode::kOpen);
   if (!storage) return storage.error();
   auto opened = scheduler::Journal::open(std::move(*storage), v1::kIdlHash);
   if (!opened) return opened.error();
