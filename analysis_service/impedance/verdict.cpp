@@ -218,9 +218,9 @@ void conclude(Estimate& estimate, std::optional<Reason> failure, const Diagnosis
     add(is_record_model(estimate.model) && !is_positive_definite(estimate.value.B), Reason::kNegativeDamping);
     estimate.status = estimate.reasons.empty() ? Status::kOk : Status::kSuspect;
   }
-  std::ranges::sort(estimate.reasons);
-  const auto repeated = std::ranges::unique(estimate.reasons);
-  estimate.reasons.erase(repeated.begin(), repeated.end());
+  std::sort(estimate.reasons.begin(), estimate.reasons.end());
+  estimate.reasons.erase(std::unique(estimate.reasons.begin(), estimate.reasons.end()),
+                         estimate.reasons.end());
 }
 
 }  // namespace tonus::impedance

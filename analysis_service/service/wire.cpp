@@ -67,7 +67,6 @@ Phase from_wire_phase(std::uint8_t wire) {
     case v1::PHASE_RETURNING:
       return Phase::kReturning;
     case v1::PHASE_SAFE:
-      return Phase::kSafe;
     default:
       return Phase::kSafe;
   }

@@ -127,6 +127,7 @@ std::optional<Candidate<N>> best_part(std::span<const Record> records, const Can
   const double low = whole.fit.w[0] / (2.0 * std::numbers::pi);
   const double high = whole.fit.w[whole.fit.w.size() - 1] / (2.0 * std::numbers::pi);
   std::vector<double> edges;
+  edges.reserve(kEdges);
   for (int i = 0; i < kEdges; ++i) edges.push_back(low * std::pow(high / low, i / (kEdges - 1.0)));
   edges.front() *= 0.99;
   edges.back() *= 1.01;

@@ -35,9 +35,10 @@ MotionEstimate motion_estimate(const Record& record, const SegmentFit<N>& fit, d
   Eigen::FFT<double> transform;
   std::array<std::vector<Complex>, N> x;
   std::array<std::vector<Complex>, N> f;
-  for (int i = 0; i < N; ++i) {
-    x[i] = transformed(record.displacement.col(i), length, transform);
-    f[i] = transformed(record.force.col(i), length, transform);
+  for (std::size_t i = 0; i < N; ++i) {
+    const auto axis = static_cast<Eigen::Index>(i);
+    x[i] = transformed(record.displacement.col(axis), length, transform);
+    f[i] = transformed(record.force.col(axis), length, transform);
   }
   std::array<std::vector<Complex>, N> both;  // position and velocity of an axis in one transform
   for (auto& spectrum : both) spectrum.assign(static_cast<std::size_t>(length), 0.0);

@@ -66,6 +66,7 @@ TermRegression TermRegression::make(const SegmentFit<N>& fit, int i, std::span<c
 
 TermRegression::Solution TermRegression::solve(std::span<const int> terms) const {
   std::vector<int> columns;
+  columns.reserve(static_cast<std::size_t>(linear_) + terms.size());
   for (int c = 0; c < linear_; ++c) columns.push_back(c);
   for (const int term : terms) columns.push_back(linear_ + term);
   Solution solution;

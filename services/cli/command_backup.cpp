@@ -29,7 +29,7 @@ Result<void> copy(const std::string& from, const std::string& to, const char* wh
   }
   TONUS_TRY_ASSIGN(const auto source, store::SqliteStore::open(from, store::SqliteStore::Access::kRead));
   ProgressBar bar("pages");
-  const auto copied =
+  auto copied =
       source->copy_to(to, [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
   bar.clear();
   if (!copied) return copied;

@@ -24,7 +24,7 @@ struct Answer {
   ProcessEnd end;
 };
 
-Result<Answer> ask(std::vector<std::string> words) {
+Result<Answer> ask(const std::vector<std::string>& words) {
   const FileDescriptor output(memfd_create("answer", MFD_CLOEXEC));
   if (!output.is_open()) return fail(ErrorCode::kIo, "memory for a program's answer is missing");
   Answer answer;

@@ -163,7 +163,7 @@ Result<void> steer(const runtime::CommonOptions& common, bool is_json, v1::Sessi
 }
 
 void add(CLI::App& app, Command& chosen, const std::string& name, const std::string& what,
-         std::function<Result<void>(const runtime::CommonOptions&, bool is_json)> act) {
+         const std::function<Result<void>(const runtime::CommonOptions&, bool is_json)>& act) {
   auto* command = app.add_subcommand(name, what);
   auto common = std::make_shared<runtime::CommonOptions>();
   auto is_json = std::make_shared<bool>(false);

@@ -32,7 +32,7 @@ Result<void> up(const SystemOptions& options) {
   const auto begun = op.clock().now();
   auto system = System::start(options, op.clock());
   if (!system) return system.error();
-  const auto complete = op.wait_for_roster([&] { return system->supervise(kName); });
+  auto complete = op.wait_for_roster([&] { return system->supervise(kName); });
   if (!complete && op.held().empty()) return complete;  // a held rig waits for its operator
   std::printf(
       "ready after %.1f s: rig, scheduler, identification, archive in domain %d over %s; data in %s\n",

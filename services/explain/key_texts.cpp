@@ -36,6 +36,9 @@ constexpr KeyText kProtocol[] = {
     {"perturbation.sets", "sets at each posture and instruction"},
     {"perturbation.repeats", "times that each direction comes in a set"},
     {"perturbation.amplitude_m", "how far the hand is moved"},
+    {"perturbation.second_amplitude_m",
+     "how far it is moved in every second set, where two amplitudes are to show whether the arm hardens or "
+     "slackens"},
     {"perturbation.rise_time_s", "time in which it is moved"},
     {"perturbation.hold_s",
      "time from the onset to the end of the perturbation; two numbers: drawn between them"},

@@ -106,7 +106,7 @@ void append_set(const Protocol& protocol, std::uint64_t seed, Block block, Plan&
     program.set_number(block.set_number);
     program.instruction(protocol.instructions[block.instruction_index].name);
     program.direction_deg(direction_deg(p, k));
-    program.amplitude_m(p.amplitude);
+    program.amplitude_m(p.amplitude_of(block.set_number));
     program.rise_time_s(p.rise_time);
     if (has_bias) program.bias_threshold_N(protocol.bias->threshold);
     draw_times(protocol, has_bias, draws, program);

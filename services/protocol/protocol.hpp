@@ -1,6 +1,7 @@
 #pragma once
 
 #include <Eigen/Core>
+#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -48,15 +49,24 @@ struct Instruction {
 };
 
 struct Perturbation {
-  int directions = 8;            ///< Evenly around the circle.
-  double first_direction = 0.0;  ///< deg, counter-clockwise from S's x axis.
-  int sets = 2;                  ///< At each posture and instruction.
-  int repeats = 1;               ///< Times that each direction comes in a set.
-  double amplitude = 0.005;      ///< m
-  double rise_time = 0.2;        ///< s
-  Span hold;                     ///< s, from onset to the end of the perturbation.
-  Span wait;                     ///< s, at rest before the onset.
-  double end_rest = 0.2;         ///< s of rest that the analysis needs at the end of the hold; only checked.
+  int directions = 8;                      ///< Evenly around the circle.
+  double first_direction = 0.0;            ///< deg, counter-clockwise from S's x axis.
+  int sets = 2;                            ///< At each posture and instruction.
+  int repeats = 1;                         ///< Times that each direction comes in a set.
+  double amplitude = 0.005;                ///< m
+  std::optional<double> second_amplitude;  ///< m, of every second set; none: the same.
+  double rise_time = 0.2;                  ///< s
+  Span hold;                               ///< s, from onset to the end of the perturbation.
+  Span wait;                               ///< s, at rest before the onset.
+  double end_rest = 0.2;  ///< s of rest that the analysis needs at the end of the hold; only checked.
+
+  /// m, of a set, counted from 1.
+  [[nodiscard]] double amplitude_of(int set) const {
+    return set % 2 == 0 ? second_amplitude.value_or(amplitude) : amplitude;
+  }
+  [[nodiscard]] double largest_amplitude() const {
+    return std::max(amplitude, second_amplitude.value_or(amplitude));
+  }
 };
 
 /// Where the bias force of a set points: along an axis of the ellipse of set one's stiffness.

@@ -55,6 +55,9 @@ Perturbation read_perturbation(config::CheckedTable& root) {
   p.sets = table.whole("sets", 1, 20);
   p.repeats = table.whole("repeats", 1, 20, 1);
   p.amplitude = table.number("amplitude_m", kAmplitudes);
+  if (table.has("second_amplitude_m")) p.second_amplitude = table.number("second_amplitude_m", kAmplitudes);
+  if (p.second_amplitude && p.sets < 2)
+    table.refuse("sets", "2 or more beside second_amplitude_m, which every second set has");
   p.rise_time = table.number("rise_time_s", kRises);
   p.hold = table.span("hold_s", {0.2, 30.0, "s"});
   p.wait = table.span("wait_s", {0.2, 60.0, "s"});
@@ -289,6 +292,9 @@ void read_session(config::CheckedTable& root, Protocol& p, config::Findings& fin
   p.muscles = read_muscles(root);
   if (p.stop_when && p.muscles.reference.trials > 0)
     root.refuse("stop_when", "none beside reference_contraction, whose trials are of no condition");
+  if (p.stop_when && p.perturbation.second_amplitude)
+    root.refuse("stop_when",
+                "none beside perturbation.second_amplitude_m: it raises the amplitude by itself");
   check_size(p, findings);
 }
 

@@ -87,7 +87,7 @@ Extremes extremes_of(const Protocol& protocol, const RigFacts& facts) {
   if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return e;
 
   const Perturbation& p = protocol.perturbation;
-  const double amplitude = protocol.stop_when ? protocol.stop_when->amplitude_most : p.amplitude;
+  const double amplitude = protocol.stop_when ? protocol.stop_when->amplitude_most : p.largest_amplitude();
   const double excursion = kExcursionOverAmplitude * amplitude;
   for (int k = 0; k < p.directions; ++k) {
     const double direction =
@@ -108,8 +108,10 @@ Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) 
   const Extremes e = extremes_of(protocol, facts);
   const Perturbation& p = protocol.perturbation;
   const bool is_raised = protocol.stop_when && protocol.stop_when->amplitude_most > p.amplitude;
-  const double amplitude = is_raised ? protocol.stop_when->amplitude_most : p.amplitude;
-  const char* amplitude_key = is_raised ? "stop_when.amplitude_most_m" : "perturbation.amplitude_m";
+  const double amplitude = is_raised ? protocol.stop_when->amplitude_most : p.largest_amplitude();
+  const char* amplitude_key = is_raised                  ? "stop_when.amplitude_most_m"
+                              : amplitude == p.amplitude ? "perturbation.amplitude_m"
+                                                         : "perturbation.second_amplitude_m";
   if (facts.kind == RigKind::kOneAxis) {
     if (p.directions > 2) {
       return refuse_value(protocol, "perturbation.directions", std::to_string(p.directions),

@@ -41,7 +41,9 @@ TEST(RecordedTrials, ArePlayedWithWhatTheAuxiliaryChannelsGaveWithEachRow) {
   program.recording_event(-1);  // the whole record
   const auto segment = trials->prepare(program);
   ASSERT_TRUE(segment) << segment.error().message;
-  replay.begin_trial({.segment = *segment});
+  drivers::TrialNotice notice;
+  notice.segment = *segment;
+  replay.begin_trial(notice);
   const std::vector<std::uint32_t> counts{2, 1};
   std::vector<float> values(3);
   drivers::Reading reading;

@@ -63,6 +63,14 @@ TEST(Plan, GivesEachDirectionAsOftenAsTheProtocolSays) {
   }
 }
 
+TEST(Plan, MovesEverySecondSetByTheSecondAmplitude) {
+  Protocol protocol = eight_directions();
+  protocol.perturbation.sets = 3;
+  protocol.perturbation.second_amplitude = 0.008;
+  for (const auto& trial : build_plan(protocol, 1).trials)
+    EXPECT_EQ(trial.program.amplitude_m(), trial.program.set_number() == 2 ? 0.008 : 0.005);
+}
+
 TEST(Plan, DrawsWaitsAndHoldsOverTheirWholeRange) {
   double low = 10.0, high = 0.0, sum = 0.0;
   int n = 0;

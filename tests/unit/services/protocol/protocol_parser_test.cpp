@@ -118,7 +118,7 @@ INSTANTIATE_TEST_SUITE_P(
         Bad{"sets = 2\n", "sets = 2\nspeed = 1\n",
             "p.toml:14: perturbation.speed: unknown key; expected one of amplitude_m, directions, "
             "end_rest_s, "
-            "first_direction_deg, hold_s, repeats, rise_time_s, sets, wait_s"},
+            "first_direction_deg, hold_s, repeats, rise_time_s, second_amplitude_m, sets, wait_s"},
         Bad{"sets = 2\n", "sets = 2\nrepeatz = 1\n",
             "p.toml:14: perturbation.repeatz: unknown key; did you mean repeats?"},
         Bad{"name = \"small\"", "name = \"small\"\nrejection_limit = 0",
