@@ -221,8 +221,10 @@ TEST_F(Docs, NameWhatAnExportForMatlabHas) {
         const auto path = snippet.text.substr(at + 1, snippet.text.find('\'', at + 1) - at - 1);
         const hid_t dataset = H5Dopen2(opened, path.c_str(), H5P_DEFAULT);
         EXPECT_GE(dataset, 0) << path;
-        if (dataset >= 0) EXPECT_GT(H5Aexists(dataset, "units"), 0) << path;
-        if (dataset >= 0) H5Dclose(dataset);
+        if (dataset >= 0) {
+          EXPECT_GT(H5Aexists(dataset, "units"), 0) << path;
+          H5Dclose(dataset);
+        }
         ++count;
       }
     }

@@ -164,5 +164,45 @@ TEST_F(MuscleSession, IsVerifiedFromItsRawDataWithVerdictsAndEstimatesEqual) {
   for (const auto& check : verified->verdicts) EXPECT_TRUE(check.is_equal) << check.attempt;
 }
 
+TEST_F(MuscleSession, IsReplayedFromItsExportedDatasetWithEveryValueAsItWas) {
+  const TemporaryFolder folder;
+  const auto dataset = (folder / "bids").string();
+  Process exporting(program("tonus"),
+                    {"export", "--format", "bids", "--out", dataset, "--archive",
+                     (run_->folder() / "data" / "archive.sqlite").string()},
+                    folder / "export.log");
+  ASSERT_EQ(exporting.wait(std::chrono::seconds(60)), 0) << exporting.output();
+  DemoRun replay({"--dataset", dataset});
+  ASSERT_EQ(replay.finish(), 0) << replay.everything_printed();
+  auto store = store::open_store_for_reading((replay.folder() / "data" / "archive.sqlite").string());
+  ASSERT_TRUE(store) << store.error().message;
+  const auto replayed = replay.archived();
+  std::vector<const store::SessionTrial*> counted;
+  for (const auto& trial : session_.trials) {
+    if (!is_contraction(trial) && trial.verdict->value.is_valid()) counted.push_back(&trial);
+  }
+  ASSERT_EQ(replayed.trials.size(), counted.size());
+  for (std::size_t i = 0; i < counted.size(); ++i) {
+    const auto before = store::read_trial_auxiliary(*store_, *counted[i], session_.descriptions.back().value);
+    const auto after =
+        store::read_trial_auxiliary(**store, replayed.trials[i], replayed.descriptions.back().value);
+    ASSERT_TRUE(before && after);
+    ASSERT_EQ(after->size(), 7U);
+    const v1::TrialOutcome& was = counted[i]->outcome->value;
+    const v1::TrialOutcome& is = replayed.trials[i].outcome->value;
+    const auto rest = is.onset_sequence() - is.first_sequence();
+    for (std::size_t channel = 0; channel < after->size(); ++channel) {
+      const auto& series = after->at(channel);
+      const std::size_t begin =
+          (was.onset_sequence() - was.first_sequence() - rest) * series.values_per_sample;
+      EXPECT_EQ(series.channel.type, before->at(channel).channel.type);
+      ASSERT_LE(begin + series.values.size(), before->at(channel).values.size());
+      EXPECT_TRUE(std::equal(series.values.begin(), series.values.end(),
+                             before->at(channel).values.begin() + static_cast<std::ptrdiff_t>(begin)))
+          << series.channel.name << ", trial " << i;
+    }
+  }
+}
+
 }  // namespace
 }  // namespace tonus::testing

@@ -52,10 +52,11 @@ TEST(RecordedTrials, ArePlayedWithWhatTheAuxiliaryChannelsGaveWithEachRow) {
     replay.read_auxiliary(counts, values);
     EXPECT_EQ(values[0], 20.0F + 2.0F * static_cast<float>(row));
     EXPECT_EQ(values[1], 21.0F + 2.0F * static_cast<float>(row));
-    if (row < 3)
+    if (row < 3) {
       EXPECT_EQ(values[2], row == 2 ? 1.0F : 0.0F);
-    else
+    } else {
       EXPECT_TRUE(std::isnan(values[2]));
+    }
   }
 }
 
