@@ -135,8 +135,10 @@ static void destroy(void* self) {
 
 static int configure(void* self, double period, char* error, size_t error_size) {
   rig* r = self;
-  if (!(period >= 1e-5 && period <= 0.01))
-    return refuse(error, error_size, "period: not allowed; expected 0.00001 s to 0.01 s");
+  if (!(period >= 1e-5 && period <= 0.01)) {
+    snprintf(error, error_size, "period: %g s is not allowed; expected 0.00001 s to 0.01 s", period);
+    return 1;
+  }
   r->period = period;
   return 0;
 }
