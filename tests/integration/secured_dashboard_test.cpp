@@ -88,11 +88,14 @@ class SecuredDashboard : public ::testing::TestWithParam<const char*> {
         << "view = [\"" << kView << "\"]\noperate = [\"" << kOperate << "\"]\n";
     chmod((folder_ / "tokens.toml").c_str(), 0600);
     write_short_protocol(folder_ / "protocol.toml", 4);
-    system_.emplace(program("tonus"),
-                    options_of("host", {"up", "--speed", "max", "--dashboard", "--dashboard-listen",
-                                        "127.0.0.1:0", "--dashboard-tokens", folder_ / "tokens.toml"}),
-                    folder_ / "up.log");
-    port_ = port_of(*system_, "dashboard serves ");
+    // On a busy machine ten participants may take longer to authenticate each other than `tonus up` waits.
+    for (int attempt = 0; attempt < 3 && port_ == 0; ++attempt) {
+      system_.emplace(program("tonus"),
+                      options_of("host", {"up", "--speed", "max", "--dashboard", "--dashboard-listen",
+                                          "127.0.0.1:0", "--dashboard-tokens", folder_ / "tokens.toml"}),
+                      folder_ / "up.log");
+      port_ = port_of(*system_, "dashboard serves ");
+    }
     ASSERT_NE(port_, 0) << system_->output();
   }
 
@@ -135,7 +138,7 @@ TEST_P(SecuredDashboard, ShowsASessionAndItsOperatorSteersWhileAViewerOnlyReadsA
   for (const char* beyond : {"abort", "pause", "resume", "abort_trial"}) {
     const json refused = request(port_, kView, beyond);
     EXPECT_EQ(refused["is_done"], false) << refused;
-    EXPECT_THAT(refused["message"].get<std::string>(), HasSubstr("operator")) << refused;
+    EXPECT_THAT(refused["message"].get<std::string>(), HasSubstr("only for emergency_stop")) << refused;
   }
   EXPECT_EQ(rig_state(port_)["mode"], "free");
   const json stopped = request(port_, kView, "emergency_stop");
