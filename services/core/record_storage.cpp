@@ -37,9 +37,9 @@ int flags_of(FileStorage::Mode mode) {
 Result<std::unique_ptr<FileStorage>> FileStorage::open(const std::filesystem::path& path, Mode mode) {
   FileDescriptor descriptor(::open(path.c_str(), flags_of(mode), 0644));
   if (!descriptor.is_open()) {
-    const ErrorCode code = errno == EEXIST                          ? ErrorCode::kAlreadyExists
-                           : errno == ENOENT && mode == Mode::kOpen ? ErrorCode::kNotFound
-                                                                    : ErrorCode::kIo;
+    const ErrorCode code = errno == EEXIST                                  ? ErrorCode::kAlreadyExists
+                           : errno == ENOENT && mode != Mode::kOpenOrCreate ? ErrorCode::kNotFound
+                                                                            : ErrorCode::kIo;
     return fail(code, fmt::format("{}: cannot be opened: {}", path.string(), std::strerror(errno)));
   }
   std::unique_ptr<FileStorage> storage(new FileStorage(std::move(descriptor), path));

@@ -34,7 +34,8 @@ class RecordStorage {
 class FileStorage final : public RecordStorage {
  public:
   enum class Mode : std::uint8_t {
-    kCreate,        ///< It must not be there (kAlreadyExists); its entry in the folder is synced. Locked.
+    kCreate,        ///< It must not be there (kAlreadyExists), its folder must (kNotFound); its entry in the
+                    ///< folder is synced. Locked.
     kOpen,          ///< It must be there (kNotFound). Locked.
     kOpenOrCreate,  ///< Not locked: something else sees to it that there is one writer.
   };

@@ -162,7 +162,7 @@ TEST_F(ComediDriver, NamesWhatIsNotThere) {
   EXPECT_EQ(configure_refusal(), "comedi /dev/comedi0: cannot be opened: No such device");
   fake_card().is_there = true;
   config_.force[1].subdevice = 3;
-  EXPECT_NE(configure_refusal().find("subdevice 3 of the force is of type"), std::string::npos);
+  EXPECT_NE(configure_refusal().find("type of subdevice 3 of the force: "), std::string::npos);
   config_ = wiring();
   config_.motors[1].channel = 7;
   EXPECT_NE(configure_refusal().find("channel of the motor: 7 is not allowed; expected 0 to 1"),

@@ -23,7 +23,7 @@ TEST(Library, NamesTheFileThatIsNotThereOrIsNoDriver) {
 }
 
 TEST(Library, RefusesADriverOfAnotherVersion) {
-  EXPECT_NE(refusal(TONUS_FUTURE_DRIVER).find("version is 2"), std::string::npos)
+  EXPECT_NE(refusal(TONUS_FUTURE_DRIVER).find("version: 2"), std::string::npos)
       << refusal(TONUS_FUTURE_DRIVER);
   EXPECT_NE(refusal(TONUS_FUTURE_DRIVER).find("expected 1"), std::string::npos);
 }
