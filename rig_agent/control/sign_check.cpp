@@ -7,16 +7,17 @@
 namespace tonus::control {
 namespace {
 
-constexpr double kMeanTime = 0.5;     // s
-constexpr double kWindow = 0.3;       // s
-constexpr double kTimeNeeded = 0.02;  // s at a stretch
-constexpr double kSaid = 0.07;        // N m rms, beside what friction can take up
-constexpr double kSilent = 0.02;      // N m rms; so small an s says nothing about its sensor
-constexpr double kReversed = 1.5;     // 1 - g, and c
-constexpr double kExplained = 0.5;    // of u: else something else is at work
-constexpr double kBetter = 1.25;      // than a model that is wrong
-constexpr double kModelError = 0.33;  // of the inertial torques
-constexpr double kForceError = 0.1;   // of the loads
+constexpr double kMeanTime = 0.5;         // s
+constexpr double kWindow = 0.3;           // s
+constexpr double kTimeNeeded = 0.02;      // s at a stretch
+constexpr double kSaid = 0.07;            // N m rms, beside what friction can take up
+constexpr double kSilent = 0.02;          // N m rms; so small an s says nothing about its sensor
+constexpr double kReversed = 1.5;         // 1 - g, and c
+constexpr double kExplained = 0.5;        // of u, by channels: else something else is at work
+constexpr double kMotionExplained = 0.8;  // of u, by the motion
+constexpr double kBetter = 1.25;          // than a model that is wrong
+constexpr double kModelError = 0.33;      // of the inertial torques
+constexpr double kForceError = 0.1;       // of the loads
 
 double share(double time, double period) { return 1.0 - std::exp(-period / time); }
 
@@ -68,15 +69,16 @@ SignCheck::Reversed SignCheck::check(const Eigen::Vector2d& unexplained, const E
   const Fit channels = fit(0);
   const Fit motion = fit(2);
   Reversed reversed;
-  reversed.is_channel = lasts(channels, do_channels_explain(channels, motion), channel_cycles_);
-  reversed.is_encoder = lasts(motion, does_motion_explain(channels, motion), encoder_cycles_);
+  reversed.is_channel =
+      lasts(channels, do_channels_explain(channels, motion), 0.5 * taken_up_, channel_cycles_);
+  reversed.is_encoder = lasts(motion, does_motion_explain(channels, motion), taken_up_, encoder_cycles_);
   return reversed;
 }
 
-bool SignCheck::lasts(const Fit& fit, bool is_explained, Eigen::Vector2i& cycles) const noexcept {
+bool SignCheck::lasts(const Fit& fit, bool is_explained, double least,
+                      Eigen::Vector2i& cycles) const noexcept {
   for (int k = 0; k < 2; ++k) {
-    const bool is_reversed =
-        is_explained && fit.own[k] > 0.25 * taken_up_ * taken_up_ && fit.excess[k] > kReversed;
+    const bool is_reversed = is_explained && fit.own[k] > least * least && fit.excess[k] > kReversed;
     cycles[k] = is_reversed ? cycles[k] + 1 : 0;
   }
   return cycles.maxCoeff() >= cycles_needed_;
@@ -103,7 +105,7 @@ bool SignCheck::do_channels_explain(const Fit& channels, const Fit& motion) cons
 }
 
 bool SignCheck::does_motion_explain(const Fit& channels, const Fit& motion) const noexcept {
-  return motion.explained >= kExplained * power_ && motion.explained >= kBetter * channels.explained;
+  return motion.explained >= kMotionExplained * power_ && motion.explained >= kBetter * channels.explained;
 }
 
 }  // namespace tonus::control

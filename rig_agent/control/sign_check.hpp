@@ -24,8 +24,10 @@ namespace tonus::control {
 /// squares over the last third of a second. 1 - g is 0 for a good channel and 2 for a reversed one; friction
 /// takes up a small load whole, which looks like 1, but cannot turn one around. c is 2 for a reversed
 /// encoder, 1 for one that stands still, and less than 1 for any inertia, however heavy. A channel or an
-/// encoder is reversed where its number is above 1.5, and this explains more than half of u and more than the
-/// other explanation does; of a channel also after what a model that is off by a third may leave.
+/// encoder is reversed where its number is above 1.5, and this explains more than half of u (an encoder: 0.8)
+/// and more than the other explanation does; of a channel also after what a model that is off by a third may
+/// leave. Small inertial torques say nothing of an encoder: those of sound rigs and soft subjects, up to half
+/// of what friction can take up, look like a c of up to 1.9.
 ///
 /// All methods are REALTIME.
 class SignCheck {
@@ -62,8 +64,10 @@ class SignCheck {
   [[nodiscard]] bool do_channels_explain(const Fit& channels, const Fit& motion) const noexcept;
   /// Whether the motion explains what is left, better than the channels do.
   [[nodiscard]] bool does_motion_explain(const Fit& channels, const Fit& motion) const noexcept;
-  /// The cycles in which each column was reversed, one after the other; true where they are enough.
-  [[nodiscard]] bool lasts(const Fit& fit, bool is_explained, Eigen::Vector2i& cycles) const noexcept;
+  /// The cycles in which each column, of at least `least` N m rms, was reversed, one after the other; true
+  /// where they are enough.
+  [[nodiscard]] bool lasts(const Fit& fit, bool is_explained, double least,
+                           Eigen::Vector2i& cycles) const noexcept;
 
   const double observer_share_;  // Shares of the new value in one cycle.
   const double unexplained_share_;
