@@ -302,9 +302,12 @@ std::string IdentificationService::why_not_ready() {
 void IdentificationService::report_health() {
   const std::string why_not = why_not_ready();
   const std::size_t waiting = core_.assembler().waiting().size();
-  health_.set_state(why_not.empty(), !why_not.empty() ? why_not
-                                     : waiting > 1    ? fmt::format("{} trials wait for samples", waiting)
-                                                      : "ready");
+  std::string state = why_not;
+  if (state.empty()) {
+    state = waiting > 1 ? fmt::format("{} trials wait for samples", waiting) : "ready";
+    if (!settings_.served.empty()) state += "; one process serves " + settings_.served;
+  }
+  health_.set_state(why_not.empty(), state);
   const AssemblerCounts& counts = core_.assembler().counts();
   const std::uint64_t dropped =
       counts.refused + counts.reports_dropped + endpoints_.samples.status().malformed;

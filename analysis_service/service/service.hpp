@@ -24,7 +24,8 @@ struct ServiceSettings {
   CoreSettings core;
   Id rig{};  ///< Whose trials are identified; those of other rigs are let pass.
   double force_sign =
-      1.0;  ///< -1: the force channel of a one-axis rig is the reaction of the limb on the rig.
+      1.0;             ///< -1: the force channel of a one-axis rig is the reaction of the limb on the rig.
+  std::string served;  ///< The rigs of this process, for its health; empty: this one alone.
 };
 
 /// The ends of the service on the bus.

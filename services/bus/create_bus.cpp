@@ -7,11 +7,11 @@
 #include <ifaddrs.h>
 #include <memory>
 
-#include "services/bus/bus.hpp"
 #include "services/bus/cyclonedds/cyclonedds_bus.hpp"
 #include "services/bus/fastdds/fastdds_bus.hpp"
 #include "services/bus/memory/memory_bus.hpp"
 #include "services/bus/options_check.hpp"
+#include "services/bus/partitions.hpp"
 #include "services/bus/sanitizer_exceptions.hpp"
 #include "services/bus/vendor_environment.hpp"
 
@@ -37,6 +37,26 @@ std::string dotted(const in_addr& address) {
 /// A character that means something in a pattern of partitions, or in a settings file of a carrier.
 bool is_plain(char c) {
   return std::isalnum(static_cast<unsigned char>(c)) != 0 || c == '-' || c == '_' || c == '.';
+}
+
+Result<void> check_partition(const std::string& partition) {
+  if (std::all_of(partition.begin(), partition.end(), is_plain)) return {};
+  return fail(ErrorCode::kInvalidArgument,
+              "partition: '" + partition + "' is not allowed; expected letters, digits, '-', '_' and '.'");
+}
+
+/// For every carrier: the options are good, and the machine has the address.
+Result<void> prepare(const BusOptions& options) {
+  TONUS_TRY(check_options(options));
+  // Fast DDS would carry on without any interface, and without a word.
+  if (options.vendor != Vendor::kMemory) TONUS_TRY(own_address(options.network.interface_address));
+  ignore_vendor_environment();
+  return {};
+}
+
+Error unknown_vendor(const BusOptions& options) {
+  return fail(ErrorCode::kInvalidArgument,
+              "vendor " + std::to_string(static_cast<int>(options.vendor)) + ": unknown");
 }
 
 }  // namespace
@@ -67,12 +87,7 @@ Result<void> check_options(const BusOptions& options) {
                                                  options.network.discovery_servers.front().address +
                                                  ": Cyclone DDS cannot use one; expected peers, or fastdds");
   }
-  if (!std::all_of(options.partition.begin(), options.partition.end(), is_plain)) {
-    return fail(
-        ErrorCode::kInvalidArgument,
-        "partition: '" + options.partition + "' is not allowed; expected letters, digits, '-', '_' and '.'");
-  }
-  return {};
+  return check_partition(options.partition);
 }
 
 Result<Vendor> parse_vendor(std::string_view text) {
@@ -114,10 +129,7 @@ Result<std::string> own_address(const std::string& interface) {
 }
 
 Result<std::unique_ptr<Bus>> create_bus(const BusOptions& options) {
-  if (auto good = check_options(options); !good) return good.error();
-  // Fast DDS would carry on without any interface, and without a word.
-  if (options.vendor != Vendor::kMemory) TONUS_TRY(own_address(options.network.interface_address));
-  ignore_vendor_environment();
+  TONUS_TRY(prepare(options));
   switch (options.vendor) {
     case Vendor::kMemory:
       return create_memory_bus(options);
@@ -126,8 +138,31 @@ Result<std::unique_ptr<Bus>> create_bus(const BusOptions& options) {
     case Vendor::kCycloneDds:
       return create_cyclonedds_bus(options);
   }
-  return fail(ErrorCode::kInvalidArgument,
-              "vendor " + std::to_string(static_cast<int>(options.vendor)) + ": unknown");
+  return unknown_vendor(options);
+}
+
+Result<std::vector<std::unique_ptr<Bus>>> create_buses(const BusOptions& options,
+                                                       const std::vector<Partitions>& places) {
+  TONUS_TRY(prepare(options));
+  for (const Partitions& partitions : places) {
+    if (partitions.empty())
+      return fail(ErrorCode::kInvalidArgument, "partitions: none is not allowed; expected at least one");
+    for (const std::string& partition : partitions) TONUS_TRY(check_partition(partition));
+  }
+  switch (options.vendor) {
+    case Vendor::kMemory: {
+      std::vector<std::unique_ptr<Bus>> buses(places.size());
+      for (auto& bus : buses) {
+        TONUS_TRY_ASSIGN(bus, create_memory_bus(options));
+      }
+      return buses;
+    }
+    case Vendor::kFastDds:
+      return create_fastdds_buses(options, places);
+    case Vendor::kCycloneDds:
+      return create_cyclonedds_buses(options, places);
+  }
+  return unknown_vendor(options);
 }
 
 }  // namespace tonus::bus

@@ -13,9 +13,8 @@
 #include "services/core/standard_descriptors.hpp"
 #include "services/core/text.hpp"
 #include "services/runtime/configuration.hpp"
-#include "services/runtime/network.hpp"
 #include "services/runtime/option_documents.hpp"
-#include "services/runtime/security.hpp"
+#include "services/runtime/rigs.hpp"
 #include "services/runtime/settings.hpp"
 #include "services/runtime/usage.hpp"
 #include "services/runtime/version.hpp"
@@ -197,17 +196,8 @@ Result<std::filesystem::path> data_folder(const CommonOptions& options) {
 }
 
 Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const std::string& program) {
-  auto vendor = bus::parse_vendor(options.dds);
-  if (!vendor) return vendor.error();
-  bus::BusOptions bus_options;
-  bus_options.vendor = *vendor;
-  bus_options.domain = options.domain;
-  bus_options.participant_name = program;
+  TONUS_TRY_ASSIGN(auto bus_options, bus_options_of(options, program));
   bus_options.partition = options.rig;
-  TONUS_TRY_ASSIGN(bus_options.network, network_profile(options));
-  TONUS_TRY_ASSIGN(bus_options.security, security_files(options, program));
-  if (bus_options.security)
-    TONUS_TRY(check_certificate(*bus_options.security, std::chrono::system_clock::now()));
   return bus::create_bus(bus_options);
 }
 

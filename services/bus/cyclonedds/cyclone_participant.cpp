@@ -89,13 +89,21 @@ std::string cyclone_configuration(const BusOptions& options) {
 }
 
 CycloneParticipant::CycloneParticipant(CycloneEntity domain, CycloneEntity participant,
-                                       const std::string& partition)
-    : domain_(std::move(domain)), participant_(std::move(participant)) {
+                                       std::shared_ptr<CycloneParticipant> owner,
+                                       const Partitions& partitions)
+    : owner_(std::move(owner)), domain_(std::move(domain)), participant_(std::move(participant)) {
   const CycloneQos qos;
-  const char* name = partition.c_str();
-  if (!partition.empty()) dds_qset_partition(qos.get(), 1, &name);
-  publisher_ = CycloneEntity(dds_create_publisher(participant_.get(), qos.get(), nullptr));
-  subscriber_ = CycloneEntity(dds_create_subscriber(participant_.get(), qos.get(), nullptr));
+  std::vector<const char*> names;
+  for (const std::string& partition : partitions) names.push_back(partition.c_str());
+  if (!names.empty()) dds_qset_partition(qos.get(), static_cast<std::uint32_t>(names.size()), names.data());
+  publisher_ = CycloneEntity(dds_create_publisher(get(), qos.get(), nullptr));
+  subscriber_ = CycloneEntity(dds_create_subscriber(get(), qos.get(), nullptr));
+}
+
+std::shared_ptr<CycloneParticipant> CycloneParticipant::beside(std::shared_ptr<CycloneParticipant> owner,
+                                                               const Partitions& partitions) {
+  return std::shared_ptr<CycloneParticipant>(
+      new CycloneParticipant(CycloneEntity(), CycloneEntity(), std::move(owner), partitions));
 }
 
 Result<std::shared_ptr<CycloneParticipant>> CycloneParticipant::create(const BusOptions& options) {
@@ -116,8 +124,9 @@ Result<std::shared_ptr<CycloneParticipant>> CycloneParticipant::create(const Bus
                                              options.network.interface_address +
                                              ": is the address this machine's, and are its ports free?");
   }
+  const Partitions partitions = options.partition.empty() ? Partitions{} : Partitions{options.partition};
   return std::shared_ptr<CycloneParticipant>(
-      new CycloneParticipant(std::move(domain), std::move(participant), options.partition));
+      new CycloneParticipant(std::move(domain), std::move(participant), nullptr, partitions));
 }
 
 Result<CycloneTopic> CycloneParticipant::create_topic(const TopicSpec& spec) {

@@ -3,7 +3,7 @@
 #include <dds/dds.h>
 #include <memory>
 
-#include "services/bus/bus.hpp"
+#include "services/bus/partitions.hpp"
 
 namespace tonus::bus {
 
@@ -34,16 +34,22 @@ class CycloneParticipant {
  public:
   [[nodiscard]] static Result<std::shared_ptr<CycloneParticipant>> create(const BusOptions& options);
 
-  [[nodiscard]] Result<CycloneTopic> create_topic(const TopicSpec& spec);
-  [[nodiscard]] dds_entity_t get() const { return participant_.get(); }
+  /// The same participant, with a publisher and a subscriber in other partitions.
+  [[nodiscard]] static std::shared_ptr<CycloneParticipant> beside(std::shared_ptr<CycloneParticipant> owner,
+                                                                  const Partitions& partitions);
 
-  /// Where writers and readers are made: in the partition of the options.
+  [[nodiscard]] Result<CycloneTopic> create_topic(const TopicSpec& spec);
+  [[nodiscard]] dds_entity_t get() const { return owner_ ? owner_->get() : participant_.get(); }
+
+  /// Where writers and readers are made: in its partitions.
   [[nodiscard]] dds_entity_t publisher() const { return publisher_.get(); }
   [[nodiscard]] dds_entity_t subscriber() const { return subscriber_.get(); }
 
  private:
-  CycloneParticipant(CycloneEntity domain, CycloneEntity participant, const std::string& partition);
+  CycloneParticipant(CycloneEntity domain, CycloneEntity participant,
+                     std::shared_ptr<CycloneParticipant> owner, const Partitions& partitions);
 
+  std::shared_ptr<CycloneParticipant> owner_;  ///< Of domain and participant; none: this one.
   CycloneEntity domain_;
   CycloneEntity participant_;
   CycloneEntity publisher_;

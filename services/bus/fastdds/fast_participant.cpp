@@ -23,8 +23,8 @@ void turn_off_delivery_by_call() {
 }
 
 template <typename GroupQos>
-GroupQos in_partition(GroupQos qos, const std::string& partition) {
-  if (!partition.empty()) qos.partition().push_back(partition.c_str());
+GroupQos in_partitions(GroupQos qos, const Partitions& partitions) {
+  for (const std::string& partition : partitions) qos.partition().push_back(partition.c_str());
   return qos;
 }
 
@@ -47,20 +47,32 @@ Result<std::shared_ptr<FastParticipant>> FastParticipant::create(const BusOption
                                              options.network.interface_address +
                                              ": is the address this machine's, and are its ports free?");
   }
+  const Partitions partitions = options.partition.empty() ? Partitions{} : Partitions{options.partition};
   return std::shared_ptr<FastParticipant>(
-      new FastParticipant(participant, options.partition, std::move(received)));
+      new FastParticipant(participant, partitions, std::move(received), nullptr));
 }
 
-FastParticipant::FastParticipant(fast::DomainParticipant* participant, const std::string& partition,
-                                 std::shared_ptr<ReceivedPackets> received)
-    : received_(std::move(received)),
+std::shared_ptr<FastParticipant> FastParticipant::beside(std::shared_ptr<FastParticipant> owner,
+                                                         const Partitions& partitions) {
+  auto* participant = owner->participant_;
+  auto received = owner->received_;
+  return std::shared_ptr<FastParticipant>(
+      new FastParticipant(participant, partitions, std::move(received), std::move(owner)));
+}
+
+FastParticipant::FastParticipant(fast::DomainParticipant* participant, const Partitions& partitions,
+                                 std::shared_ptr<ReceivedPackets> received,
+                                 std::shared_ptr<FastParticipant> owner)
+    : owner_(std::move(owner)),
+      received_(std::move(received)),
       participant_(participant),
-      publisher_(participant->create_publisher(in_partition(fast::PUBLISHER_QOS_DEFAULT, partition))),
-      subscriber_(participant->create_subscriber(in_partition(fast::SUBSCRIBER_QOS_DEFAULT, partition))) {}
+      publisher_(participant->create_publisher(in_partitions(fast::PUBLISHER_QOS_DEFAULT, partitions))),
+      subscriber_(participant->create_subscriber(in_partitions(fast::SUBSCRIBER_QOS_DEFAULT, partitions))) {}
 
 FastParticipant::~FastParticipant() {
   participant_->delete_publisher(publisher_);
   participant_->delete_subscriber(subscriber_);
+  if (owner_) return;
   for (const auto& [name, topic] : topics_) participant_->delete_topic(topic);
   fast::DomainParticipantFactory::get_instance()->delete_participant(participant_);
 }
@@ -73,6 +85,7 @@ Result<void> FastParticipant::register_type(const std::string& type_name) {
 }
 
 Result<fast::Topic*> FastParticipant::topic(const TopicSpec& spec) {
+  if (owner_) return owner_->topic(spec);
   const std::lock_guard lock(mutex_);
   const std::string name(spec.name);
   const std::string type_name(spec.type_name);

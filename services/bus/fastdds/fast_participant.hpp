@@ -11,6 +11,7 @@
 
 #include "services/bus/bus.hpp"
 #include "services/bus/fastdds/checked_transport.hpp"
+#include "services/bus/partitions.hpp"
 
 namespace tonus::bus {
 
@@ -24,6 +25,9 @@ class FastParticipant {
   /// With another QoS than fast_participant_qos(): a discovery server's.
   [[nodiscard]] static Result<std::shared_ptr<FastParticipant>> create(const BusOptions& options,
                                                                        fast::DomainParticipantQos qos);
+  /// The same participant, with a publisher and a subscriber in other partitions.
+  [[nodiscard]] static std::shared_ptr<FastParticipant> beside(std::shared_ptr<FastParticipant> owner,
+                                                               const Partitions& partitions);
   ~FastParticipant();
   FastParticipant(const FastParticipant&) = delete;
   FastParticipant& operator=(const FastParticipant&) = delete;
@@ -36,10 +40,11 @@ class FastParticipant {
   [[nodiscard]] ReceivedPackets& received() { return *received_; }
 
  private:
-  FastParticipant(fast::DomainParticipant* participant, const std::string& partition,
-                  std::shared_ptr<ReceivedPackets> received);
+  FastParticipant(fast::DomainParticipant* participant, const Partitions& partitions,
+                  std::shared_ptr<ReceivedPackets> received, std::shared_ptr<FastParticipant> owner);
   [[nodiscard]] Result<void> register_type(const std::string& type_name);
 
+  std::shared_ptr<FastParticipant> owner_;  ///< Of participant and topics; none: this one.
   std::shared_ptr<ReceivedPackets> received_;
   fast::DomainParticipant* participant_;
   fast::Publisher* publisher_;

@@ -35,4 +35,13 @@ Result<std::unique_ptr<Bus>> create_fastdds_bus(const BusOptions& options) {
   return std::unique_ptr<Bus>(std::make_unique<FastBus>(std::move(*participant)));
 }
 
+Result<std::vector<std::unique_ptr<Bus>>> create_fastdds_buses(const BusOptions& options,
+                                                               const std::vector<Partitions>& places) {
+  TONUS_TRY_ASSIGN(const auto owner, FastParticipant::create(options));
+  std::vector<std::unique_ptr<Bus>> buses;
+  for (const Partitions& partitions : places)
+    buses.push_back(std::make_unique<FastBus>(FastParticipant::beside(owner, partitions)));
+  return buses;
+}
+
 }  // namespace tonus::bus
