@@ -84,12 +84,13 @@ bool succeeds(const std::string& command) {
 }
 
 /// What the snippets of a page are run with: the programs, and a home of their own.
+/// Debian's programs come before others of the machine: the Python module is built for its python3.
 std::string beginning_of_script(const TemporaryFolder& folder) {
   fs::create_directory(folder / "work");
   fs::create_directory_symlink(source_file("deploy"), folder / "work" / "deploy");
   const std::string build = program("tonus").parent_path().parent_path().string();
   return "set -eu\ncd '" + (folder / "work").string() + "'\nexport PATH='" + build +
-         "/bin':\"$PATH\" PYTHONPATH='" + build + "/python' SOURCE='" + source_file(".").string() +
+         "/bin':/usr/bin:\"$PATH\" PYTHONPATH='" + build + "/python' SOURCE='" + source_file(".").string() +
          "' HOME='" + folder.path().string() + "' XDG_DATA_HOME='" + (folder / "data").string() +
          "' TONUS_DOMAIN=" + std::to_string(own_domain()) + "\n";
 }
@@ -141,7 +142,7 @@ TEST_F(Docs, MarkEverySnippetAsOneThatTheTestsRunOrCheck) {
 
 TEST_F(Docs, RunEveryCommandAndEveryLineOfPython) {
   const bool has_python = fs::exists(program("tonus").parent_path().parent_path() / "python" / "tonus") &&
-                          succeeds("python3 -c 'import numpy, pandas'");
+                          succeeds("/usr/bin/python3 -c 'import numpy, pandas'");
   for (const auto& page : pages_) {
     const TemporaryFolder folder;
     std::string script = beginning_of_script(folder);
