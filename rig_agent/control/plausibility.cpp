@@ -33,14 +33,13 @@ Plausibility::Plausibility(const SafetyLimits& limits, const ServoGains& gains, 
       unrest_filter_(1.0 - std::exp(-period / kUnrestTime)),
       way_per_count_((geometry.links.l1 + geometry.links.l2) /
                      std::min(std::abs(geometry.counts_per_unit[0]), std::abs(geometry.counts_per_unit[1]))),
-      sign_check_(gains, friction, period),
-      uncounted_way_(limits, friction, geometry, period) {}
+      force_sign_check_(gains, friction, period) {}
 
 FaultBits Plausibility::check(const PlausibilityInput& input) noexcept {
   if (input.is_in_trial && !was_in_trial_) begin_trial(input);
   was_in_trial_ = input.is_in_trial;
   if (!input.is_in_trial) return 0;
-  return check_encoders(input) | check_force_channels(input) | check_signs(input) | check_work(input);
+  return check_encoders(input) | check_force_channels(input) | check_force_sign(input) | check_work(input);
 }
 
 void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
@@ -56,8 +55,7 @@ void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
   work_by_axis_.setZero();
   cycles_since_onset_ = first_cycles_;
   energy_ = 0.0;
-  sign_check_.begin_trial();
-  uncounted_way_.begin_trial(input.raw.encoder_count);
+  force_sign_check_.begin_trial();
   resting_force_ = input.force;
   unrest_ = 0.0;
 }
@@ -77,9 +75,7 @@ FaultBits Plausibility::check_encoders(const PlausibilityInput& input) noexcept 
     cycles_loaded_[i] = is_loaded ? cycles_loaded_[i] + 1 : 0;
   }
   const bool is_handle_still = std::min(cycles_still_[0], cycles_still_[1]) > still_cycles_;
-  const bool has_uncounted =
-      uncounted_way_.check(input.raw.encoder_count, input.unexplained, input.load, input.inertia);
-  FaultBits found = has_uncounted ? bit(Fault::kEncoderStill) : 0;
+  FaultBits found = 0;
   for (std::size_t i = 0; i < 2; ++i) {
     const bool is_still = cycles_still_[i] > joint_still_cycles_;
     if (cycles_loaded_[i] > (is_handle_still ? still_cycles_ : joint_still_cycles_))
@@ -108,11 +104,11 @@ FaultBits Plausibility::check_force_channels(const PlausibilityInput& input) noe
   return found;
 }
 
-FaultBits Plausibility::check_signs(const PlausibilityInput& input) noexcept {
+FaultBits Plausibility::check_force_sign(const PlausibilityInput& input) noexcept {
   if (limits_.unexplained_torque <= 0.0) return 0;
-  const auto reversed = sign_check_.check(input.unexplained, input.channel_loads, input.predicted);
-  return (reversed.is_channel ? bit(Fault::kForceAgainstMotion) : 0) |
-         (reversed.is_encoder ? bit(Fault::kEncoderReversed) : 0);
+  const bool is_reversed =
+      force_sign_check_.finds_reversed(input.unexplained, input.channel_loads, input.predicted);
+  return is_reversed ? bit(Fault::kForceAgainstMotion) : 0;
 }
 
 FaultBits Plausibility::check_work(const PlausibilityInput& input) noexcept {

@@ -88,10 +88,6 @@ class Servo {
   /// Joint torques, N m, that the motion which was predicted for this cycle asks for, with the other sign: a
   /// column for the acceleration of each joint.
   [[nodiscard]] Eigen::Matrix2d predicted_torques() const noexcept;
-  /// Of the manipulandum where the handle was last observed, kg m2.
-  [[nodiscard]] Eigen::Matrix2d mass_matrix() const noexcept {
-    return model_.inertia.mass_matrix(kinematics_.cos_q2);
-  }
   /// Joint torques, N m, that balance the last observed force on the arm.
   [[nodiscard]] Eigen::Vector2d load() const noexcept { return load_of(estimate_.force); }
   /// The same of any force on the arm, N in R.

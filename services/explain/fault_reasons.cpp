@@ -51,12 +51,10 @@ constexpr Explanation kFaultReasons[] = {
     {"overrun_rate", "The loop missed a larger share of its periods than allowed.",
      "The machine is too slow or too busy for the rate.",
      "Reduce loop.rate_Hz, move other programs elsewhere, follow tonus doctor."},
-    {"encoder_still", "A joint's load changed, or torque turned it, and its encoder did not move.",
-     "The encoder or its coupling is broken; the cable is out; the joint is blocked, or its friction is more "
-     "than three times what the rig's file states.",
-     "Move the handle by hand and watch the counts; repair, or state the friction "
-     "(manipulandum.coulomb_friction_Nm) or a wider limits.unexplained_torque_Nm; then tonus clear-fault."},
-    {"encoder_reversed", "A joint's counts go against what torque and force do to it.",
+    {"encoder_still", "A joint's load changed and its encoder did not move.",
+     "The encoder or its coupling is broken; the cable is out; the joint is blocked.",
+     "Move the handle by hand and watch the counts; repair; then tonus clear-fault."},
+    {"encoder_reversed", "A joint moved against its load, and kept on.",
      "An encoder counts the wrong way; two encoders are exchanged; a motor's polarity is wrong.",
      "Do not run a trial. Check signs of encoders and motors with the subject away."},
     {"force_still", "The handle moved and a force channel did not change.",

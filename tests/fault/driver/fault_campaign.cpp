@@ -8,6 +8,7 @@
 #include <random>
 #include <stdexcept>
 
+#include "rig_agent/control/fault_text.hpp"
 #include "rig_agent/control/rig_loop.hpp"
 #include "rig_agent/control/validation.hpp"
 #include "services/simulation/profile.hpp"
@@ -141,16 +142,17 @@ class Bench {
   std::int64_t now_ns_ = 0;
 };
 
-/// Steps until the phase, and some way into it; false where the trial has none such, or where the hand leaves
-/// the workspace by itself before: run_healthy_case() counts those.
+/// Steps until the phase, and some way into it; false where the trial has none such.
 bool go_to(Bench& bench, Phase phase) {
   for (int i = 0; i < kLongestTrial && bench.state().phase != phase; ++i) {
     bench.step();
-    if (bench.state().faults != 0 || bench.is_over()) return false;
+    if (bench.state().faults != 0)
+      throw std::runtime_error("a fault before the fault: " + control::fault_text(bench.state().faults));
+    if (bench.is_over()) return false;
   }
   const int longest = phase == Phase::kPerturbing ? 300 : 200;
   for (int i = bench.integer(0, longest); i > 0 && bench.state().phase == phase; --i) bench.step();
-  return bench.state().faults == 0;
+  return true;
 }
 
 void watch(Bench& bench, int trials_after, FaultCase& seen) {

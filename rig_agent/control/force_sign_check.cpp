@@ -1,4 +1,4 @@
-#include "rig_agent/control/sign_check.hpp"
+#include "rig_agent/control/force_sign_check.hpp"
 
 #include <cmath>
 
@@ -7,23 +7,22 @@
 namespace tonus::control {
 namespace {
 
-constexpr double kMeanTime = 0.5;         // s
-constexpr double kWindow = 0.3;           // s
-constexpr double kTimeNeeded = 0.02;      // s at a stretch
-constexpr double kSaid = 0.07;            // N m rms, beside what friction can take up
-constexpr double kSilent = 0.02;          // N m rms; so small an s says nothing about its sensor
-constexpr double kReversed = 1.5;         // 1 - g, and c
-constexpr double kExplained = 0.5;        // of u, by channels: else something else is at work
-constexpr double kMotionExplained = 0.8;  // of u, by the motion
-constexpr double kBetter = 1.25;          // than a model that is wrong
-constexpr double kModelError = 0.33;      // of the inertial torques
-constexpr double kForceError = 0.1;       // of the loads
+constexpr double kMeanTime = 0.5;     // s
+constexpr double kWindow = 0.3;       // s
+constexpr double kTimeNeeded = 0.02;  // s at a stretch
+constexpr double kSaid = 0.07;        // N m rms, beside what friction can take up
+constexpr double kSilent = 0.02;      // N m rms; so small an s says nothing about its sensor
+constexpr double kReversed = 1.5;     // 1 - g
+constexpr double kExplained = 0.5;    // of u: else something else is at work
+constexpr double kBetter = 1.25;      // than a model that is wrong
+constexpr double kModelError = 0.33;  // of the inertial torques
+constexpr double kForceError = 0.1;   // of the loads
 
 double share(double time, double period) { return 1.0 - std::exp(-period / time); }
 
 }  // namespace
 
-SignCheck::SignCheck(const ServoGains& gains, const JointFriction& friction, double period) noexcept
+ForceSignCheck::ForceSignCheck(const ServoGains& gains, const JointFriction& friction, double period) noexcept
     : observer_share_(share(1.0 / gains.observer_frequency, period)),
       unexplained_share_(share(1.0 / kUnexplainedFilter, period)),
       mean_share_(share(kMeanTime, period)),
@@ -31,7 +30,7 @@ SignCheck::SignCheck(const ServoGains& gains, const JointFriction& friction, dou
       taken_up_(kSaid + friction.coulomb.norm()),
       cycles_needed_(static_cast<int>(std::lround(kTimeNeeded / period))) {}
 
-void SignCheck::start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
+void ForceSignCheck::start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
   is_started_ = true;
   filtered_once_ = said;
   filtered_twice_ = said;
@@ -41,13 +40,12 @@ void SignCheck::start(const Eigen::Vector2d& unexplained, const Columns& said) n
   products_.setZero();
   responses_.setZero();
   power_ = 0.0;
-  channel_cycles_.setZero();
-  encoder_cycles_.setZero();
+  cycles_reversed_.setZero();
 }
 
 // The observer answers an acceleration that it did not predict by w^2 / (s + w)^2, and what it finds is
 // low-passed.
-void SignCheck::filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
+void ForceSignCheck::filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept {
   filtered_once_ += observer_share_ * (said - filtered_once_);
   filtered_twice_ += observer_share_ * (filtered_once_ - filtered_twice_);
   said_ += unexplained_share_ * (filtered_twice_ - said_);
@@ -55,8 +53,8 @@ void SignCheck::filter(const Eigen::Vector2d& unexplained, const Columns& said) 
   mean_unexplained_ += mean_share_ * (unexplained - mean_unexplained_);
 }
 
-SignCheck::Reversed SignCheck::check(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
-                                     const Eigen::Matrix2d& accelerations) noexcept {
+bool ForceSignCheck::finds_reversed(const Eigen::Vector2d& unexplained, const Eigen::Matrix2d& loads,
+                                    const Eigen::Matrix2d& accelerations) noexcept {
   Columns said;
   said << loads, accelerations;
   if (!is_started_) start(unexplained, said);
@@ -67,24 +65,16 @@ SignCheck::Reversed SignCheck::check(const Eigen::Vector2d& unexplained, const E
   responses_ += window_share_ * (s.transpose() * u - responses_);
   power_ += window_share_ * (u.squaredNorm() - power_);
   const Fit channels = fit(0);
-  const Fit motion = fit(2);
-  Reversed reversed;
-  reversed.is_channel =
-      lasts(channels, do_channels_explain(channels, motion), 0.5 * taken_up_, channel_cycles_);
-  reversed.is_encoder = lasts(motion, does_motion_explain(channels, motion), taken_up_, encoder_cycles_);
-  return reversed;
-}
-
-bool SignCheck::lasts(const Fit& fit, bool is_explained, double least,
-                      Eigen::Vector2i& cycles) const noexcept {
+  const bool is_explained = explains_most(channels);
   for (int k = 0; k < 2; ++k) {
-    const bool is_reversed = is_explained && fit.own[k] > least * least && fit.excess[k] > kReversed;
-    cycles[k] = is_reversed ? cycles[k] + 1 : 0;
+    const bool is_reversed =
+        is_explained && channels.own[k] > 0.25 * taken_up_ * taken_up_ && channels.excess[k] > kReversed;
+    cycles_reversed_[k] = is_reversed ? cycles_reversed_[k] + 1 : 0;
   }
-  return cycles.maxCoeff() >= cycles_needed_;
+  return cycles_reversed_.maxCoeff() >= cycles_needed_;
 }
 
-SignCheck::Fit SignCheck::fit(int first) const noexcept {
+ForceSignCheck::Fit ForceSignCheck::fit(int first) const noexcept {
   const Eigen::Matrix2d p =
       products_.block<2, 2>(first, first) + kSilent * kSilent * Eigen::Matrix2d::Identity();
   const Eigen::Vector2d r = responses_.segment<2>(first);
@@ -97,15 +87,11 @@ SignCheck::Fit SignCheck::fit(int first) const noexcept {
   return fit;
 }
 
-bool SignCheck::do_channels_explain(const Fit& channels, const Fit& motion) const noexcept {
+bool ForceSignCheck::explains_most(const Fit& channels) const noexcept {
   const double by_model = kForceError * kForceError * (products_(0, 0) + products_(1, 1)) +
                           kModelError * kModelError * (products_(2, 2) + products_(3, 3));
   return channels.explained - by_model >= kExplained * power_ &&
-         channels.explained >= kBetter * motion.explained;
-}
-
-bool SignCheck::does_motion_explain(const Fit& channels, const Fit& motion) const noexcept {
-  return motion.explained >= kMotionExplained * power_ && motion.explained >= kBetter * channels.explained;
+         channels.explained >= kBetter * fit(2).explained;
 }
 
 }  // namespace tonus::control

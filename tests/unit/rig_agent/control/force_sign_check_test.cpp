@@ -1,4 +1,4 @@
-#include "rig_agent/control/sign_check.hpp"
+#include "rig_agent/control/force_sign_check.hpp"
 
 #include <cmath>
 #include <gtest/gtest.h>
@@ -28,21 +28,20 @@ class Observer {
 };
 
 /// Two seconds of a hand that is pushed to and fro: both channels of the force sensor say something.
-class SignCheckTest : public ::testing::Test {
+class ForceSignCheckTest : public ::testing::Test {
  protected:
   struct Share {
     double channel = 0.0;   ///< 1 - g of the first channel.
-    double encoder = 0.0;   ///< c of the second encoder: 2 for one that counts backwards.
     double inertia = 0.0;   ///< What the model of the inertia is off by.
     double friction = 0.0;  ///< N m at the first joint, against the motion, that the model does not know.
   };
 
-  static SignCheck::Reversed found(const Share& share) {
+  static bool is_found_reversed(const Share& share) {
     JointFriction friction;
     friction.coulomb = {0.05, 0.05};
-    SignCheck test({}, friction, kPeriod);
+    ForceSignCheck test({}, friction, kPeriod);
     Observer observer;
-    SignCheck::Reversed found;
+    bool is_found = false;
     for (int i = 0; i < 2000; ++i) {
       const double t = i * kPeriod;
       Eigen::Matrix2d loads;
@@ -52,55 +51,30 @@ class SignCheckTest : public ::testing::Test {
           0.4 * std::sin(20.0 * t);
       Eigen::Vector2d wrong = share.channel * loads.col(0) + share.inertia * accelerations.rowwise().sum();
       wrong.x() += std::copysign(share.friction, std::cos(9.0 * t));
-      wrong += share.encoder * accelerations.col(1);
-      const auto now = test.check(observer.pass(wrong), loads, accelerations);
-      found.is_channel |= now.is_channel;
-      found.is_encoder |= now.is_encoder;
+      is_found |= test.finds_reversed(observer.pass(wrong), loads, accelerations);
     }
-    return found;
+    return is_found;
   }
-  static bool is_found_reversed(const Share& share) { return found(share).is_channel; }
 };
 
-TEST_F(SignCheckTest, GoodChannelsAndEncodersAreFoundGood) {
-  EXPECT_FALSE(found({}).is_channel);
-  EXPECT_FALSE(found({}).is_encoder);
-}
+TEST_F(ForceSignCheckTest, GoodChannelsAreFoundGood) { EXPECT_FALSE(is_found_reversed({})); }
 
-TEST_F(SignCheckTest, AnEncoderThatCountsBackwardsIsFound) {
-  for (const double off : {-0.2, 0.0, 0.2}) {
-    const auto seen = found({.encoder = 2.0, .inertia = off});
-    EXPECT_TRUE(seen.is_encoder) << off;
-    EXPECT_FALSE(seen.is_channel) << off;
-  }
-}
+TEST_F(ForceSignCheckTest, AReversedForceChannelIsFound) { EXPECT_TRUE(is_found_reversed({.channel = 2.0})); }
 
-/// However heavy the rig is, its inertia leaves less than 1.
-TEST_F(SignCheckTest, NoInertiaLooksLikeAnEncoderThatCountsBackwards) {
-  for (const double off : {-2.0, -0.9, -0.25, 0.25, 0.9, 1.0})
-    EXPECT_FALSE(found({.inertia = off}).is_encoder) << off;
-}
-
-TEST_F(SignCheckTest, AReversedForceChannelIsNoEncoder) {
-  EXPECT_FALSE(found({.channel = 2.0, .inertia = 0.2}).is_encoder);
-}
-
-TEST_F(SignCheckTest, AReversedForceChannelIsFound) { EXPECT_TRUE(is_found_reversed({.channel = 2.0})); }
-
-TEST_F(SignCheckTest, AReversedForceChannelIsFoundBesideAModelThatIsOff) {
+TEST_F(ForceSignCheckTest, AReversedForceChannelIsFoundBesideAModelThatIsOff) {
   EXPECT_TRUE(is_found_reversed({.channel = 2.0, .inertia = 0.2}));
 }
 
-TEST_F(SignCheckTest, FrictionThatTakesUpALoadWholeIsNoFault) {
+TEST_F(ForceSignCheckTest, FrictionThatTakesUpALoadWholeIsNoFault) {
   EXPECT_FALSE(is_found_reversed({.channel = 1.0}));
 }
 
-TEST_F(SignCheckTest, AModelThatIsWrongIsNoFault) {
+TEST_F(ForceSignCheckTest, AModelThatIsWrongIsNoFault) {
   for (const double off : {-2.0, -0.9, -0.25, 0.25, 0.9, 2.0})
     EXPECT_FALSE(is_found_reversed({.inertia = off})) << off;
 }
 
-TEST_F(SignCheckTest, FrictionThatTheModelDoesNotKnowIsNoFault) {
+TEST_F(ForceSignCheckTest, FrictionThatTheModelDoesNotKnowIsNoFault) {
   EXPECT_FALSE(is_found_reversed({.friction = 0.1}));
 }
 
