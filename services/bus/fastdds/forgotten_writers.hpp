@@ -17,9 +17,8 @@ namespace tonus::bus {
 ///   left out when a heartbeat comes first. An acknowledgement that goes back behind an earlier one, and a
 ///   request that was repeated several times without any effect, are therefore turned into that empty one.
 ///   One that was overtaken on its way does the same, and costs a repetition.
-/// - It ignores every word whose count is not higher than the last one's. A reader of Cyclone DDS counts from
-/// 1
-///   again, and would be ignored for as long as it was heard before. Its counts are therefore continued.
+/// - It ignores every word whose count is not higher than the last one's. A reader of Cyclone DDS begins
+///   its counts anew, and would be ignored for as long as it was heard before. They are therefore continued.
 ///
 /// Thread-safe.
 class ForgottenWriters {
