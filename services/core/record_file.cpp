@@ -124,8 +124,12 @@ std::string RecordFile::damage_text() const {
       path().string(), bytes, damage_.size(), damage_.size() == 1 ? "" : "s", damage_.front().offset);
 }
 
+bool RecordFile::ends_damaged() const {
+  return !damage_.empty() && damage_.back().offset + damage_.back().count == size_;
+}
+
 Result<void> RecordFile::cut_damaged_end() {
-  if (damage_.empty() || damage_.back().offset + damage_.back().count != size_) return {};
+  if (!ends_damaged()) return {};
   TONUS_TRY(storage_->truncate(damage_.back().offset));
   size_ = damage_.back().offset;
   torn_bytes_ += damage_.back().count;

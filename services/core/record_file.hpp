@@ -65,6 +65,9 @@ class RecordFile {
   /// Runs of bytes that were no records when the file was opened, in order; they are still there.
   [[nodiscard]] const std::vector<DamagedBytes>& damage() const { return damage_; }
 
+  /// Whether the last of them reaches to the end.
+  [[nodiscard]] bool ends_damaged() const;
+
   /// What was lost, a line for a person and the log; empty: nothing.
   [[nodiscard]] std::string damage_text() const;
   [[nodiscard]] const std::filesystem::path& path() const { return storage_->path(); }

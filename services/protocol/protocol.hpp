@@ -1,7 +1,6 @@
 #pragma once
 
 #include <Eigen/Core>
-#include <algorithm>
 #include <cstdint>
 #include <limits>
 #include <map>
@@ -63,9 +62,6 @@ struct Perturbation {
   /// m, of a set, counted from 1.
   [[nodiscard]] double amplitude_of(int set) const {
     return set % 2 == 0 ? second_amplitude.value_or(amplitude) : amplitude;
-  }
-  [[nodiscard]] double largest_amplitude() const {
-    return std::max(amplitude, second_amplitude.value_or(amplitude));
   }
 };
 

@@ -13,6 +13,21 @@
 namespace tonus::protocol {
 namespace {
 
+/// The largest amplitude that the protocol may command, m, and the key that has it.
+struct LargestAmplitude {
+  double value = 0.0;
+  const char* key = nullptr;
+};
+
+LargestAmplitude largest_amplitude(const Protocol& protocol) {
+  const Perturbation& p = protocol.perturbation;
+  if (protocol.stop_when && protocol.stop_when->amplitude_most > p.amplitude)
+    return {protocol.stop_when->amplitude_most, "stop_when.amplitude_most_m"};
+  if (p.second_amplitude && *p.second_amplitude > p.amplitude)
+    return {*p.second_amplitude, "perturbation.second_amplitude_m"};
+  return {p.amplitude, "perturbation.amplitude_m"};
+}
+
 bool stops_before_the_sensor(const RigFacts& facts) {
   return facts.stops_at && facts.stops_at->force < facts.force_limit;
 }
@@ -87,8 +102,7 @@ Extremes extremes_of(const Protocol& protocol, const RigFacts& facts) {
   if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return e;
 
   const Perturbation& p = protocol.perturbation;
-  const double amplitude = protocol.stop_when ? protocol.stop_when->amplitude_most : p.largest_amplitude();
-  const double excursion = kExcursionOverAmplitude * amplitude;
+  const double excursion = kExcursionOverAmplitude * largest_amplitude(protocol).value;
   for (int k = 0; k < p.directions; ++k) {
     const double direction =
         (p.first_direction + 360.0 * k / p.directions) * std::numbers::pi / 180.0 + protocol.shoulder_angle;
@@ -107,11 +121,7 @@ Result<void> check_against_rig(const Protocol& protocol, const RigFacts& facts) 
   if (protocol.kind == ProtocolKind::kRecording || protocol.kind == ProtocolKind::kStudy) return {};
   const Extremes e = extremes_of(protocol, facts);
   const Perturbation& p = protocol.perturbation;
-  const bool is_raised = protocol.stop_when && protocol.stop_when->amplitude_most > p.amplitude;
-  const double amplitude = is_raised ? protocol.stop_when->amplitude_most : p.largest_amplitude();
-  const char* amplitude_key = is_raised                  ? "stop_when.amplitude_most_m"
-                              : amplitude == p.amplitude ? "perturbation.amplitude_m"
-                                                         : "perturbation.second_amplitude_m";
+  const auto [amplitude, amplitude_key] = largest_amplitude(protocol);
   if (facts.kind == RigKind::kOneAxis) {
     if (p.directions > 2) {
       return refuse_value(protocol, "perturbation.directions", std::to_string(p.directions),

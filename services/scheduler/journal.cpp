@@ -51,8 +51,7 @@ Result<Journal::Opened> Journal::open(std::unique_ptr<RecordStorage> storage, st
     contents.emplace_back(reinterpret_cast<const char*>(content.data()), content.size());
   };
   TONUS_TRY_ASSIGN(auto file, RecordFile::open(std::move(storage), keep));
-  if (const auto& damage = file.damage();
-      damage.size() > 1 || (damage.size() == 1 && damage[0].offset + damage[0].count != file.size()))
+  if (const auto& damage = file.damage(); damage.size() > (file.ends_damaged() ? 1U : 0U))
     return fail(ErrorCode::kDataLoss, fmt::format("journal: damaged at byte {}", damage[0].offset));
 
   Journal journal(std::move(file));

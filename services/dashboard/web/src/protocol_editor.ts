@@ -97,6 +97,7 @@ export class ProtocolEditor {
   #list(section: Section, owner: Table, path: string): HTMLElement[] {
     const tables = listIn(owner, section.name);
     const full = `${path}${section.name}`;
+    const inside = this.#sections().filter(({ parent, isList }) => isList && parent === section.name);
     const add = el("button", { type: "button", "data-add": full }, `Add ${section.name}`);
     add.addEventListener("click", () => {
       owner[section.name] = [...tables, {}];
@@ -114,7 +115,6 @@ export class ProtocolEditor {
           this.#build();
           this.#changed();
         });
-        const inside = this.#sections().filter(({ parent, isList }) => isList && parent === section.name);
         made.append(...inside.flatMap((one) => this.#list(one, table, `${title}.`)), remove);
         return made;
       }),
