@@ -90,13 +90,12 @@ recording::PerturbationEvent event_of(const SessionTrial& trial, std::size_t row
   event.onset_s = static_cast<double>(rows_before + onset) / rate;
   event.duration_s = has_onset ? std::min(program.hold_s(), longest) : 0.0;
   event.trial = program.attempt();
-  event.set = program.set_number();
+  if (program.kind() != v1::TRIAL_CONTRACTION) event.set = program.set_number();
+  if (program.kind() == v1::TRIAL_RECORDING) event.duration_s = longest;
   if (program.kind() == v1::TRIAL_PERTURBATION) {
     event.direction_deg = program.direction_deg();
     event.amplitude_m = program.amplitude_m();
     event.rise_time_s = program.rise_time_s();
-  } else {
-    event.duration_s = longest;
   }
   event.bias_N = program.bias_N();
   event.reason = store::why_not_counted(trial);
@@ -137,7 +136,9 @@ void append_notes(const Session& session, const SessionTrial& trial, const store
 }
 
 void append(const SessionTrial& trial, const store::TrialSamples& found, Recording& record) {
-  record.events.push_back(event_of(trial, record.rows.size(), record.sampling_frequency));
+  const bool is_contraction = trial.outcome->value.program().kind() == v1::TRIAL_CONTRACTION;
+  (is_contraction ? record.contractions : record.events)
+      .push_back(event_of(trial, record.rows.size(), record.sampling_frequency));
   for (const v1::RigSample& sample : found.samples) {
     recording::Row row;
     row.is_missing = contract::flags_of(sample).is_missing;
@@ -190,8 +191,6 @@ Result<std::vector<Recording>> recordings_of(store::Store& store, const Session&
   for (const SessionTrial& trial : session.trials) {
     if (progress) progress(done++, session.trials.size());
     if (!trial.outcome || !trial.record || !trial.record->has_samples) continue;
-    // A reference contraction has no motion; what it has is in the auxiliary channels.
-    if (trial.outcome->value.program().kind() == v1::TRIAL_CONTRACTION) continue;
     TONUS_TRY_ASSIGN(const auto rig, store::rig_in_force(session, trial, force_sign));
     TONUS_TRY_ASSIGN(const auto bytes, bus::encode(rig.description));
     TONUS_TRY_ASSIGN(const auto found, store::read_trial_samples(store, trial));
@@ -213,6 +212,8 @@ Result<std::vector<Recording>> recordings_of(store::Store& store, const Session&
     TONUS_TRY(append_auxiliary(store, trial, rig, run));
   }
   if (progress) progress(session.trials.size(), session.trials.size());
+  // A run is of perturbations: contractions of a session that ended before the first of them are none.
+  std::erase_if(runs, [](const Recording& run) { return run.events.empty(); });
   if (runs.empty()) {
     return fail(ErrorCode::kNotFound, fmt::format("session {}: store '{}' has no trial with samples of it",
                                                   to_hex(session.record.session), store.name()));

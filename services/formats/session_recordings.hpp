@@ -15,8 +15,9 @@ namespace tonus::formats {
 
 /// An archived session as recordings, the content of a BIDS dataset: one run for each posture (and anew where
 /// the rig's description or rate changed within one), with every trial that has samples, whole, in the order
-/// of the attempts, but for reference contractions. Samples that the archive has not are rows that are marked
-/// as missing. A trial counts as valid as its verdict says; one without verdict does not.
+/// of the attempts; a reference contraction stands in the first posture's run, as one of its contractions.
+/// Samples that the archive has not are rows that are marked as missing. A trial counts as valid as its
+/// verdict says; one without verdict does not.
 ///
 /// With what is known of the subject and of the session as a whole. A note stands in the run during whose
 /// trials it was written, at its time by the rig's clock; one that was written between trials, or without a

@@ -45,8 +45,12 @@ v1::RigDescription description_of(const Recording& record) {
   return wire;
 }
 
+v1::TrialKind kind_of(const PerturbationEvent& event) {
+  return event.is_continuous() ? v1::TRIAL_RECORDING : v1::TRIAL_PERTURBATION;
+}
+
 /// Rows of the record that become a trial's samples.
-recording::Stretch range_of(const Recording& record, const PerturbationEvent& event) {
+recording::Stretch range_of(const Recording& record, const PerturbationEvent& event, v1::TrialKind kind) {
   if (!event.trial_onset_s || !event.trial_duration_s) return recording::stretch_of(record, event);
   const std::size_t last = record.rows.size() - 1;
   const auto row_at = [&](double time) {
@@ -57,14 +61,14 @@ recording::Stretch range_of(const Recording& record, const PerturbationEvent& ev
   const std::size_t end = row_at(*event.trial_onset_s) +
                           static_cast<std::size_t>(std::max<long long>(
                               1, std::llround(*event.trial_duration_s * record.sampling_frequency)));
-  const std::size_t onset = event.is_continuous() ? first : row_at(event.onset_s);
+  const std::size_t onset = kind == v1::TRIAL_RECORDING ? first : row_at(event.onset_s);
   return {first, std::clamp(onset, first, std::min(end - 1, last)), std::min(end - 1, last)};
 }
 
 Eigen::Vector2d place_of(const Recording& record) {
   if (record.posture_position) return *record.posture_position;
   if (record.rig.kind == RigKind::kOneAxis || record.events.empty()) return Eigen::Vector2d::Zero();
-  const auto stretch = range_of(record, record.events.front());
+  const auto stretch = range_of(record, record.events.front(), kind_of(record.events.front()));
   Eigen::Vector2d sum = Eigen::Vector2d::Zero();
   double count = 0.0;
   for (std::size_t i = stretch.first; i <= stretch.onset; ++i) {
@@ -135,9 +139,15 @@ class SessionMaker {
     posture.trials(static_cast<std::uint32_t>(record.events.size()));
     const auto posture_index = static_cast<std::uint32_t>(plan_.postures().size());
     plan_.postures().push_back(posture);
+    const contract::TrialPlace at{posture.name(), posture_index, place};
+    auto contraction = record.contractions.begin();
     for (const PerturbationEvent& event : record.events) {
-      TONUS_TRY(add_trial(record, event, posture_index, posture.name(), place));
+      for (; contraction != record.contractions.end() && contraction->onset_s < event.onset_s; ++contraction)
+        TONUS_TRY(add_trial(record, *contraction, v1::TRIAL_CONTRACTION, at));
+      TONUS_TRY(add_trial(record, event, kind_of(event), at));
     }
+    for (; contraction != record.contractions.end(); ++contraction)
+      TONUS_TRY(add_trial(record, *contraction, v1::TRIAL_CONTRACTION, at));
     return {};
   }
 
@@ -196,19 +206,18 @@ class SessionMaker {
     return put(topics::kServiceConfiguration, configuration.instance_id(), configuration);
   }
 
-  Result<void> add_trial(const Recording& record, const PerturbationEvent& event, std::uint32_t posture_index,
-                         const std::string& posture, const Eigen::Vector2d& place) {
-    const recording::Stretch range = range_of(record, event);
+  Result<void> add_trial(const Recording& record, const PerturbationEvent& event, v1::TrialKind kind,
+                         const contract::TrialPlace& at) {
+    const recording::Stretch range = range_of(record, event, kind);
     v1::TrialOutcome outcome;
     v1::TrialProgram& program = outcome.program();
-    program = contract::new_program(event.is_continuous() ? v1::TRIAL_RECORDING : v1::TRIAL_PERTURBATION,
-                                    {posture, posture_index, place});
+    program = contract::new_program(kind, at);
     program.session_id(plan_.session_id());
     program.rig_id(plan_.rig_id());
     program.attempt(attempt_of(event));
     program.planned_index(counted_++);
     contract::put_shoulder(record.shoulder, program);
-    program.set_number(static_cast<std::int32_t>(event.set));
+    program.set_number(kind == v1::TRIAL_CONTRACTION ? 0 : static_cast<std::int32_t>(event.set));
     program.instruction(event.instruction);
     program.direction_deg(event.direction_deg.value_or(0.0));
     program.amplitude_m(event.amplitude_m.value_or(0.0));

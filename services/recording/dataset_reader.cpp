@@ -406,6 +406,7 @@ Result<Recording> Dataset::read(std::size_t index) const {
     return recording;
   }
   TONUS_TRY_ASSIGN(recording.events, run.events->events(recording, imperfect_));
+  TONUS_TRY_ASSIGN(recording.contractions, run.events->contractions(recording, imperfect_));
   return recording;
 }
 
@@ -432,7 +433,8 @@ Result<void> keep_only(UsableRecordings& usable, const Keep& keep) {
   return {};
 }
 
-/// A continuous record's rows from its first event's to its last one's; those of no event are missing.
+/// A continuous record's rows from its first event's to its last one's; those of no event are missing, and
+/// reference contractions with them.
 void cut_to_events(Recording& recording) {
   std::vector<bool> is_used(recording.rows.size(), false);
   for (const PerturbationEvent& event : recording.events) {
@@ -461,6 +463,7 @@ void cut_to_events(Recording& recording) {
   }
   const std::int64_t trial = recording.events.front().trial;
   recording.events = {whole_record(recording, trial)};
+  recording.contractions.clear();
 }
 
 }  // namespace

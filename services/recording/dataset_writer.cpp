@@ -151,8 +151,8 @@ Result<void> write_run(const fs::path& root, const Recording& recording, const W
       {stem + "_motion.json", motion_json(recording, channels)},
       {stem + "_channels.tsv", channels_text(channels)},
       {stem + "_channels.json", channels_json(recording)},
-      {events_stem + "_events.tsv", events_text(recording.events, recording.notes)},
-      {events_stem + "_events.json", events_json(!recording.notes.empty())},
+      {events_stem + "_events.tsv", events_text(recording)},
+      {events_stem + "_events.json", events_json(recording)},
   };
   for (const auto& [path, text] : files) {
     TONUS_TRY(create_text_file(path, text));

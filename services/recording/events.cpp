@@ -11,6 +11,10 @@
 namespace tonus::recording {
 namespace {
 
+// Words of the column trial_type.
+constexpr const char* kPerturbation = "perturbation";
+constexpr const char* kContraction = "reference_contraction";
+
 double record_duration_s(const Recording& recording) {
   return static_cast<double>(recording.rows.size()) / recording.sampling_frequency;
 }
@@ -44,45 +48,38 @@ Result<bool> read_valid(const Table& table, std::size_t row) {
   return table.refuse(row, "valid", "true, false or n/a");
 }
 
-/// The event of a row, but for its trial's number.
-Result<PerturbationEvent> read_event(const Table& table, std::size_t row, const Recording& recording) {
+/// What a perturbation and a reference contraction both have in a row, but for the trial's number.
+Result<PerturbationEvent> read_common(const Table& table, std::size_t row, const Recording& recording) {
   PerturbationEvent event;
-  const auto onset = table.number(row, "onset", 0.0);
-  if (!onset) return onset.error();
-  const auto duration = table.number(row, "duration", 0.0);
-  if (!duration) return duration.error();
+  TONUS_TRY_ASSIGN(event.onset_s, table.number(row, "onset", 0.0));
+  TONUS_TRY_ASSIGN(event.duration_s, table.number(row, "duration", 0.0));
   const double half_sample = 0.5 / recording.sampling_frequency;
-  if (*onset + *duration > record_duration_s(recording) + half_sample) {
+  if (event.onset_s + event.duration_s > record_duration_s(recording) + half_sample) {
     return table.refuse(row, "duration",
-                        fmt::format("an end within the record's {1} s, from the onset at {0} s", *onset,
-                                    record_duration_s(recording)));
+                        fmt::format("an end within the record's {1} s, from the onset at {0} s",
+                                    event.onset_s, record_duration_s(recording)));
   }
-  TONUS_TRY_ASSIGN(const auto set, table.whole_number(row, "set", 1));
-  TONUS_TRY_ASSIGN(const auto direction, table.number_or_nothing(row, "direction_deg"));
-  TONUS_TRY_ASSIGN(const auto amplitude, table.number_or_nothing(row, "amplitude_m"));
-  TONUS_TRY_ASSIGN(const auto rise_time, table.number_or_nothing(row, "rise_time_s"));
-  TONUS_TRY_ASSIGN(const auto bias_x, table.number_or_nothing(row, "bias_x_N"));
-  TONUS_TRY_ASSIGN(const auto bias_y, table.number_or_nothing(row, "bias_y_N"));
-  TONUS_TRY_ASSIGN(const auto bias_hold, table.number_or_nothing(row, "bias_hold_s"));
-  TONUS_TRY_ASSIGN(const auto bias_threshold, table.number_or_nothing(row, "bias_threshold_N"));
-  TONUS_TRY_ASSIGN(const auto trial_onset, table.number_or_nothing(row, "trial_onset_s"));
-  TONUS_TRY_ASSIGN(const auto trial_duration, table.number_or_nothing(row, "trial_duration_s"));
-  TONUS_TRY(check_trial(table, row, trial_onset, trial_duration, *onset, recording));
-  TONUS_TRY_ASSIGN(const bool is_valid, read_valid(table, row));
-  event.onset_s = *onset;
-  event.duration_s = *duration;
-  event.set = set;
-  event.direction_deg = direction;
-  event.amplitude_m = amplitude;
-  event.rise_time_s = rise_time;
-  event.bias_N = {bias_x.value_or(0.0), bias_y.value_or(0.0)};
-  event.is_valid = is_valid;
+  TONUS_TRY_ASSIGN(event.trial_onset_s, table.number_or_nothing(row, "trial_onset_s"));
+  TONUS_TRY_ASSIGN(event.trial_duration_s, table.number_or_nothing(row, "trial_duration_s"));
+  TONUS_TRY(check_trial(table, row, event.trial_onset_s, event.trial_duration_s, event.onset_s, recording));
+  TONUS_TRY_ASSIGN(event.is_valid, read_valid(table, row));
   event.reason = table.text(row, "reason");
   event.instruction = table.text(row, "instruction");
-  event.bias_hold_s = bias_hold;
-  event.bias_threshold_N = bias_threshold;
-  event.trial_onset_s = trial_onset;
-  event.trial_duration_s = trial_duration;
+  return event;
+}
+
+/// The perturbation of a row, but for its trial's number.
+Result<PerturbationEvent> read_perturbation(const Table& table, std::size_t row, const Recording& recording) {
+  TONUS_TRY_ASSIGN(PerturbationEvent event, read_common(table, row, recording));
+  TONUS_TRY_ASSIGN(event.set, table.whole_number(row, "set", 1));
+  TONUS_TRY_ASSIGN(event.direction_deg, table.number_or_nothing(row, "direction_deg"));
+  TONUS_TRY_ASSIGN(event.amplitude_m, table.number_or_nothing(row, "amplitude_m"));
+  TONUS_TRY_ASSIGN(event.rise_time_s, table.number_or_nothing(row, "rise_time_s"));
+  TONUS_TRY_ASSIGN(const auto bias_x, table.number_or_nothing(row, "bias_x_N"));
+  TONUS_TRY_ASSIGN(const auto bias_y, table.number_or_nothing(row, "bias_y_N"));
+  event.bias_N = {bias_x.value_or(0.0), bias_y.value_or(0.0)};
+  TONUS_TRY_ASSIGN(event.bias_hold_s, table.number_or_nothing(row, "bias_hold_s"));
+  TONUS_TRY_ASSIGN(event.bias_threshold_N, table.number_or_nothing(row, "bias_threshold_N"));
   return event;
 }
 
@@ -111,7 +108,9 @@ Result<EventTable> EventTable::read(const std::filesystem::path& file) {
   const Table& cells = events.table_;
   TONUS_TRY(cells.require({"onset", "duration"}));
   for (std::size_t row = 0; row < cells.rows(); ++row) {
-    if (cells.has("trial_type") && cells.cell(row, "trial_type") != "perturbation") continue;
+    if (cells.has("trial_type") && cells.cell(row, "trial_type") == kContraction)
+      events.contractions_.push_back(row);
+    if (cells.has("trial_type") && cells.cell(row, "trial_type") != kPerturbation) continue;
     std::optional<std::int64_t> trial;
     if (cells.cell(row, "trial") != "n/a") {
       TONUS_TRY_ASSIGN(trial, cells.whole_number(row, "trial", 0));
@@ -130,7 +129,7 @@ Result<std::vector<PerturbationEvent>> EventTable::events(const Recording& recor
                                                           Imperfect imperfect) const {
   std::vector<PerturbationEvent> events;
   for (std::size_t i = 0; i < rows_.size(); ++i) {
-    auto event = read_event(table_, rows_[i], recording);
+    auto event = read_perturbation(table_, rows_[i], recording);
     if (!event && imperfect == Imperfect::kRefused) return event.error();
     if (!event) {
       PerturbationEvent left_out;
@@ -149,6 +148,24 @@ Result<std::vector<PerturbationEvent>> EventTable::events(const Recording& recor
   return events;
 }
 
+Result<std::vector<PerturbationEvent>> EventTable::contractions(const Recording& recording,
+                                                                Imperfect imperfect) const {
+  std::vector<PerturbationEvent> contractions;
+  for (const std::size_t row : contractions_) {
+    auto event = read_common(table_, row, recording);
+    const auto trial = table_.whole_number(row, "trial", 0);
+    if (imperfect == Imperfect::kRefused) {
+      if (!event) return event.error();
+      if (!trial) return trial.error();
+    }
+    if (!event || !trial) continue;
+    event->trial = *trial;
+    contractions.push_back(*std::move(event));
+  }
+  std::ranges::stable_sort(contractions, {}, &PerturbationEvent::onset_s);
+  return contractions;
+}
+
 PerturbationEvent whole_record(const Recording& recording, std::int64_t trial) {
   PerturbationEvent event;
   event.duration_s = record_duration_s(recording);
@@ -162,11 +179,14 @@ constexpr const char* kColumns =
     "onset\tduration\ttrial_type\ttrial\tset\tdirection_deg\tamplitude_m\trise_time_s\tbias_x_N\tbias_y_N\t"
     "valid\treason\tinstruction\tbias_hold_s\tbias_threshold_N\ttrial_onset_s\ttrial_duration_s";
 
-void append_event(std::string& text, const PerturbationEvent& event) {
+constexpr const char* kNoteColumns = "\tnote\tnoted_by";
+
+std::string perturbation_row(const PerturbationEvent& event) {
+  std::string text;
   append_number(text, event.onset_s);
   text += '\t';
   append_number(text, event.duration_s);
-  text += fmt::format("\tperturbation\t{}\t{}", event.trial, event.set);
+  text += fmt::format("\t{}\t{}\t{}", kPerturbation, event.trial, event.set);
   append_optional(text, event.direction_deg);
   append_optional(text, event.amplitude_m);
   append_optional(text, event.rise_time_s);
@@ -178,31 +198,48 @@ void append_event(std::string& text, const PerturbationEvent& event) {
   append_optional(text, event.bias_threshold_N);
   append_optional(text, event.trial_onset_s);
   append_optional(text, event.trial_duration_s);
+  return text;
 }
 
-void append_note(std::string& text, const NoteEvent& note) {
+std::string contraction_row(const PerturbationEvent& event) {
+  std::string text;
+  append_number(text, event.onset_s);
+  text += '\t';
+  append_number(text, event.duration_s);
+  text += fmt::format("\t{}\t{}\tn/a\tn/a\tn/a\tn/a\tn/a\tn/a", kContraction, event.trial);
+  text += event.is_valid ? "\ttrue\t" : "\tfalse\t";
+  text += one_cell(event.reason) + '\t' + one_cell(event.instruction) + "\tn/a\tn/a";
+  append_optional(text, event.trial_onset_s);
+  append_optional(text, event.trial_duration_s);
+  return text;
+}
+
+std::string note_row(const NoteEvent& note) {
   constexpr int kCellsOfPerturbations = 13;  // set to trial_duration_s
+  std::string text;
   append_number(text, note.onset_s);
   text += "\t0\t" + note.kind + '\t' + (note.trial ? std::to_string(*note.trial) : "n/a");
   for (int i = 0; i < kCellsOfPerturbations; ++i) text += "\tn/a";
-  text += '\t' + one_cell(note.text) + '\t' + one_cell(note.written_by) + '\n';
+  return text + '\t' + one_cell(note.text) + '\t' + one_cell(note.written_by);
 }
 
 }  // namespace
 
-std::string events_text(const std::vector<PerturbationEvent>& events, const std::vector<NoteEvent>& notes) {
-  std::string text = std::string(kColumns) + (notes.empty() ? "\n" : "\tnote\tnoted_by\n");
-  auto note = notes.begin();
-  for (const PerturbationEvent& event : events) {
-    for (; note != notes.end() && note->onset_s < event.onset_s; ++note) append_note(text, *note);
-    append_event(text, event);
-    text += notes.empty() ? "\n" : "\tn/a\tn/a\n";
-  }
-  for (; note != notes.end(); ++note) append_note(text, *note);
+std::string events_text(const Recording& recording) {
+  const std::string no_note = recording.notes.empty() ? "" : "\tn/a\tn/a";
+  std::vector<std::pair<double, std::string>> rows;
+  for (const auto& event : recording.events)
+    rows.emplace_back(event.onset_s, perturbation_row(event) + no_note);
+  for (const auto& event : recording.contractions)
+    rows.emplace_back(event.onset_s, contraction_row(event) + no_note);
+  for (const auto& note : recording.notes) rows.emplace_back(note.onset_s, note_row(note));
+  std::ranges::stable_sort(rows, {}, &std::pair<double, std::string>::first);
+  std::string text = std::string(kColumns) + (recording.notes.empty() ? "" : kNoteColumns) + '\n';
+  for (const auto& [onset, row] : rows) text += row + '\n';
   return text;
 }
 
-std::string events_json(bool has_notes) {
+std::string events_json(const Recording& recording) {
   nlohmann::ordered_json json;
   const auto describe_column = [&json](const char* column, const char* description, const char* units) {
     json[column]["Description"] = description;
@@ -227,11 +264,18 @@ std::string events_json(bool has_notes) {
   describe_column("trial_onset_s",
                   "Begin of the whole trial, centring and waiting included, from the first sample", "s");
   describe_column("trial_duration_s", "Duration of the whole trial, the way back included", "s");
+  const bool has_notes = !recording.notes.empty();
+  if (has_notes || !recording.contractions.empty()) {
+    auto& levels = json["trial_type"]["Levels"];
+    levels[kPerturbation] = "the hand was moved";
+    if (!recording.contractions.empty())
+      levels[kContraction] = "the subject contracted, and the handle was held still";
+    if (has_notes) {
+      levels["note"] = "an operator wrote a note, about the trial of that number if it has one";
+      levels["marker"] = "an operator set a marker";
+    }
+  }
   if (has_notes) {
-    json["trial_type"]["Levels"] = {
-        {"perturbation", "the hand was moved"},
-        {"note", "an operator wrote a note, about the trial of that number if it has one"},
-        {"marker", "an operator set a marker"}};
     describe_column("note", "What the operator wrote", "");
     describe_column("noted_by", "Who wrote it", "");
   }

@@ -15,7 +15,8 @@
 namespace tonus::recording {
 
 /// The perturbations of an `_events.tsv` and the numbers of their trials, as far as they can be told without
-/// the record's rows. `onset` and `duration` are needed; rows of another trial_type are left out.
+/// the record's rows, and the reference contractions. `onset` and `duration` are needed; rows of another
+/// trial_type are left out.
 class EventTable {
  public:
   /// kInvalidArgument: besides what a Table refuses, no perturbation at all.
@@ -30,23 +31,28 @@ class EventTable {
   [[nodiscard]] Result<std::vector<PerturbationEvent>> events(const Recording& recording,
                                                               Imperfect imperfect) const;
 
+  /// All reference contractions by onset, under the same rules.
+  [[nodiscard]] Result<std::vector<PerturbationEvent>> contractions(const Recording& recording,
+                                                                    Imperfect imperfect) const;
+
  private:
   explicit EventTable(Table table) : table_(std::move(table)) {}
 
   Table table_;
-  std::vector<std::size_t> rows_;  // of perturbations
+  std::vector<std::size_t> rows_;          // of perturbations
+  std::vector<std::size_t> contractions_;  // rows
   std::vector<std::optional<std::int64_t>> trials_;
 };
 
 /// A continuous perturbation over the whole record.
 [[nodiscard]] PerturbationEvent whole_record(const Recording& recording, std::int64_t trial);
 
-/// Content of an `_events.tsv`.
-/// Perturbations, and what was noted between them; only with notes there are columns for those.
-[[nodiscard]] std::string events_text(const std::vector<PerturbationEvent>& events,
-                                      const std::vector<NoteEvent>& notes = {});
+/// Content of an `_events.tsv`: perturbations, reference contractions and notes by onset; only with notes
+/// there are columns for those.
+[[nodiscard]] std::string events_text(const Recording& recording);
 
-/// Content of an `_events.json`: what the columns mean.
-[[nodiscard]] std::string events_json(bool has_notes = false);
+/// Content of an `_events.json`: what the columns mean, and the trial types that this recording has beside
+/// perturbations.
+[[nodiscard]] std::string events_json(const Recording& recording);
 
 }  // namespace tonus::recording

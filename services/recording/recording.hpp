@@ -139,6 +139,9 @@ struct Recording {
   /// What other channels (EMG, triggers) gave with the rows: of each values_per_sample values for a row.
   std::vector<AuxiliarySeries> auxiliary;
   std::vector<PerturbationEvent> events;  ///< By onset; at least one.
+  /// Reference contractions: the handle was held still while the subject contracted, and nobody was pushed.
+  /// Events by onset without direction, amplitude and bias.
+  std::vector<PerturbationEvent> contractions;
   std::vector<NoteEvent> notes;           ///< By onset. Written, not read.
 };
 

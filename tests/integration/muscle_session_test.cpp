@@ -7,6 +7,7 @@
 
 #include "services/store/archived_trial.hpp"
 #include "services/store/open_store.hpp"
+#include "services/store/session_reader.hpp"
 #include "services/verification/verification.hpp"
 #include "tests/integration/demo_run.hpp"
 
@@ -162,6 +163,40 @@ TEST_F(MuscleSession, IsVerifiedFromItsRawDataWithVerdictsAndEstimatesEqual) {
   ASSERT_TRUE(verified) << verified.error().message;
   EXPECT_TRUE(verified->is_well()) << ::testing::PrintToString(verified->problems);
   for (const auto& check : verified->verdicts) EXPECT_TRUE(check.is_equal) << check.attempt;
+}
+
+TEST_F(MuscleSession, IsImportedFromItsDatasetWithItsContractionsAndTheSameActivityOfItsMuscles) {
+  const TemporaryFolder folder;
+  const auto dataset = (folder / "bids").string();
+  const auto copy = (folder / "copy.sqlite").string();
+  const auto archive = (run_->folder() / "data" / "archive.sqlite").string();
+  for (const auto& words :
+       {std::vector<std::string>{"export", "--format", "bids", "--out", dataset, "--archive", archive},
+        {"import", dataset, "--archive", copy}}) {
+    Process process(program("tonus"), words, folder / "output.log");
+    ASSERT_EQ(process.wait(std::chrono::seconds(60)), 0) << process.output();
+  }
+  auto store = store::open_store_for_reading(copy);
+  ASSERT_TRUE(store) << store.error().message;
+  const auto records = store::list_sessions(**store);
+  ASSERT_TRUE(records && records->size() == 1U);
+  const auto imported = store::read_session(**store, records->front().session);
+  ASSERT_TRUE(imported) << imported.error().message;
+  ASSERT_EQ(imported->trials.size(), session_.trials.size());
+  for (std::size_t i = 0; i < session_.trials.size(); ++i) {
+    const auto& was = session_.trials[i];
+    const auto& is = imported->trials[i];
+    EXPECT_EQ(is.attempt, was.attempt);
+    EXPECT_EQ(is_contraction(is), is_contraction(was)) << was.attempt;
+    if (!was.verdict->value.is_valid()) continue;  // broken off, in the dataset
+    const auto& had = was.verdict->value.muscles();
+    const auto& has = is.verdict->value.muscles();
+    ASSERT_EQ(has.size(), had.size()) << was.attempt;
+    for (std::size_t muscle = 0; muscle < had.size(); ++muscle) {
+      EXPECT_TRUE(has[muscle].is_normalised() || is_contraction(was)) << was.attempt;
+      EXPECT_EQ(has[muscle].before_onset(), had[muscle].before_onset()) << was.attempt;
+    }
+  }
 }
 
 TEST_F(MuscleSession, IsReplayedFromItsExportedDatasetWithEveryValueAsItWas) {

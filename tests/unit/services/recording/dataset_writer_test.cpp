@@ -1,10 +1,12 @@
 #include <algorithm>
 #include <cctype>
 #include <cmath>
+#include <gmock/gmock.h>
 #include <limits>
 #include <random>
 #include <set>
 
+#include "services/core/text_file.hpp"
 #include "services/recording/dataset.hpp"
 #include "services/recording/file_name.hpp"
 #include "tests/unit/services/recording/dataset_folder.hpp"
@@ -133,6 +135,7 @@ class DatasetWriter : public testing::DatasetFolder {
     }
     EXPECT_EQ(a.phases, b.phases);
     EXPECT_EQ(a.events, b.events);
+    EXPECT_EQ(a.contractions, b.contractions);
     ASSERT_EQ(a.rows.size(), b.rows.size());
     for (std::size_t i = 0; i < a.rows.size(); ++i) {
       EXPECT_EQ(a.rows[i].is_missing, b.rows[i].is_missing) << i;
@@ -158,6 +161,28 @@ TEST_F(DatasetWriter, GivesIdenticalNumbersBack) {
   expect_same(recordings[0], (*read)[0]);
   expect_same(recordings[1], (*read)[1]);
   EXPECT_EQ(entries_beside(), 1U);
+}
+
+TEST_F(DatasetWriter, GivesReferenceContractionsBackBesideThePerturbationsAndNamesTheirType) {
+  Recording recording = raw_recording();
+  PerturbationEvent contraction;
+  contraction.onset_s = 0.7;
+  contraction.duration_s = 0.1;
+  contraction.trial = 3;
+  contraction.instruction = "contract";
+  contraction.is_valid = false;
+  contraction.reason = "aborted";
+  contraction.trial_onset_s = 0.6;
+  contraction.trial_duration_s = 0.25;
+  recording.contractions = {contraction};
+  ASSERT_TRUE(write_dataset(root_, {recording}));
+  const auto read = read_dataset(root_);
+  ASSERT_TRUE(read) << read.error().message;
+  expect_same(recording, read->front());
+  const std::string stem = "sub-01/ses-01/motion/sub-01_ses-01_task-unloaded_acq-farleft_run-12_events";
+  EXPECT_THAT(*read_text_file(root_ / (stem + ".json")), ::testing::HasSubstr("\"reference_contraction\""));
+  EXPECT_THAT(*read_text_file(root_ / (stem + ".tsv")),
+              ::testing::HasSubstr("0.7\t0.1\treference_contraction\t3\tn/a"));
 }
 
 TEST_F(DatasetWriter, GivesIdenticalNumbersBackOfARawOneAxisRig) {
