@@ -39,6 +39,13 @@ class Victims {
     }
   }
 
+  /// None is missing from the attack.
+  [[nodiscard]] Result<void> look_for_all() const {
+    for (const char* name : kPrograms)
+      if (!programs_.contains(name)) return fail(ErrorCode::kNotFound, fmt::format("{} does not run", name));
+    return {};
+  }
+
   /// All are the same processes, and none has grown beyond what is allowed.
   Result<void> look(BusAttackReport& report) const {
     for (const auto& [name, before] : programs_) {
@@ -158,12 +165,13 @@ Result<void> send_messages(const BusAttack& attack, testing::LiveSystem& system,
 }
 
 Result<BusAttackReport> run(const BusAttack& attack) {
-  testing::LiveSystem system(testing::LiveSystem::Unattended::kYes, attack.dds);
+  testing::LiveSystem system(testing::LiveSystem::Unattended::kYes, attack.dds, 3.0, {"--dashboard"});
   system.start_session(40);
   if (!system.wait_for_mid_trial(40, kPatience))
     return fail(ErrorCode::kTimeout, "the rig runs no trial\n" + system.everything_printed());
   BusAttackReport report;
   const Victims victims(system);
+  TONUS_TRY(victims.look_for_all());
   TONUS_TRY(send_packets(attack, system, victims, report));
   TONUS_TRY(send_messages(attack, system, victims, report));
   // What was sent last has been handled when the rig has spoken for a while.

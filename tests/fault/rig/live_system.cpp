@@ -27,8 +27,12 @@ constexpr const char* kOthers[] = {"tonus-archive", "tonus-identification", "ton
 
 }  // namespace
 
-LiveSystem::LiveSystem(Unattended unattended, const std::string& dds, double command_timeout_s)
-    : unattended_(unattended), dds_(dds), notifier_(std::make_shared<bus::Notifier>()) {
+LiveSystem::LiveSystem(Unattended unattended, const std::string& dds, double command_timeout_s,
+                       std::vector<std::string> more_options)
+    : unattended_(unattended),
+      dds_(dds),
+      more_options_(std::move(more_options)),
+      notifier_(std::make_shared<bus::Notifier>()) {
   ::setenv("TONUS_ARCHIVE_IDLE_RING_S", "0", 1);  // every sample is stored
   write_patient_profile(folder_ / "profile.toml", command_timeout_s);
   start_services();
@@ -54,6 +58,7 @@ void LiveSystem::start_services() {
                                      "--profile",
                                      (folder_ / "profile.toml").string()};
   if (unattended_ == Unattended::kYes) arguments.emplace_back("--resume-unattended");
+  arguments.insert(arguments.end(), more_options_.begin(), more_options_.end());
   up_ =
       std::make_unique<Process>(program("tonus"), arguments, folder_ / ("up" + std::to_string(++commands_)));
   if (!up_->wait_for_output("ready after", kStartLimit))

@@ -26,8 +26,9 @@ class LiveSystem {
   enum class Unattended { kYes, kNo };
 
   /// Starts the services and waits until they are ready; throws std::runtime_error with what they printed.
+  /// `more_options` go to `tonus up`.
   explicit LiveSystem(Unattended unattended = Unattended::kYes, const std::string& dds = "fastdds",
-                      double command_timeout_s = 3.0);
+                      double command_timeout_s = 3.0, std::vector<std::string> more_options = {});
 
   /// Ends all services in order and starts them anew.
   void restart();
@@ -68,6 +69,7 @@ class LiveSystem {
 
   const Unattended unattended_;
   const std::string dds_;
+  const std::vector<std::string> more_options_;
   int commands_ = 0;
   TemporaryFolder folder_;
   std::unique_ptr<Process> up_;
