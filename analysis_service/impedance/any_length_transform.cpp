@@ -1,6 +1,5 @@
 #include "analysis_service/impedance/any_length_transform.hpp"
 
-#include <bit>
 #include <numbers>
 
 namespace tonus::impedance {
@@ -14,12 +13,29 @@ std::size_t largest_factor(std::size_t n) {
   return n > 1 ? n : largest;
 }
 
+/// The smallest 2^a 3^b 5^c that is at least n.
+std::size_t smooth_length(std::size_t n) {
+  while (largest_factor(n) > 5) ++n;
+  return n;
+}
+
 }  // namespace
 
 AnyLengthTransform::AnyLengthTransform() { transform_.SetFlag(Eigen::FFT<double>::Unscaled); }
 
+void AnyLengthTransform::make_room_for(std::size_t length) {
+  if (tables_.contains(length)) return;
+  if (tables_.size() == kMostTables) {
+    transform_ = Eigen::FFT<double>();
+    transform_.SetFlag(Eigen::FFT<double>::Unscaled);
+    tables_.clear();
+  }
+  tables_.insert(length);
+}
+
 void AnyLengthTransform::fwd(std::vector<Complex>& output, const std::vector<Complex>& input) {
   if (largest_factor(input.size()) <= kLargestDirectFactor) {
+    make_room_for(input.size());
     transform_.fwd(output, input);
   } else {
     convolve(output, input, false);
@@ -28,6 +44,7 @@ void AnyLengthTransform::fwd(std::vector<Complex>& output, const std::vector<Com
 
 void AnyLengthTransform::inv(std::vector<Complex>& output, const std::vector<Complex>& input) {
   if (largest_factor(input.size()) <= kLargestDirectFactor) {
+    make_room_for(input.size());
     transform_.inv(output, input);
   } else {
     convolve(output, input, true);
@@ -41,7 +58,8 @@ void AnyLengthTransform::prepare(std::size_t length) {
     const std::size_t turns = n * n % (2 * length);  // whole turns are taken out before rounding
     chirp_[n] = std::polar(1.0, -std::numbers::pi * static_cast<double>(turns) / static_cast<double>(length));
   }
-  const std::size_t padded = std::bit_ceil(2 * length - 1);
+  const std::size_t padded = smooth_length(2 * length - 1);
+  make_room_for(padded);
   padded_.assign(padded, 0.0);
   padded_[0] = std::conj(chirp_[0]);
   for (std::size_t n = 1; n < length; ++n) padded_[n] = padded_[padded - n] = std::conj(chirp_[n]);

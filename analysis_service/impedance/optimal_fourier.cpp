@@ -13,8 +13,14 @@ namespace {
 
 using Complex = std::complex<double>;
 
-/// A transform keeps its table of twiddle factors for the next signal of the same length.
+/// A transform keeps its tables for the next signal of the same length: force and displacement of a trial,
+/// and all trials that are simulated of a condition.
 using Transform = AnyLengthTransform;
+
+Transform& transform_of_this_thread() {
+  thread_local Transform transform;
+  return transform;
+}
 
 /// sum_k c_k sin(pi k n / M) (parity -1) or with cos (parity +1), n = 0 .. M, k = 1 .. M-1, from the odd or
 /// even continuation of c. The transform is linear: a complex c carries two real series, one axis in each
@@ -137,8 +143,7 @@ Eigen::VectorXcd coefficients_of(const Eigen::VectorXcd& x, Transform& transform
 }  // namespace
 
 Eigen::VectorXd sine_coefficients(const Eigen::VectorXd& x) {
-  Transform transform;
-  return coefficients_of(x.cast<Complex>(), transform).real();
+  return coefficients_of(x.cast<Complex>(), transform_of_this_thread()).real();
 }
 
 double regularisation(const Eigen::VectorXd& b, double duration, int p, double cost) {
@@ -176,7 +181,7 @@ OptimalDerivatives optimal_fourier(const Signals& signals, double sample_period)
   } else {
     x.imag().setZero();
   }
-  Transform transform;
+  Transform& transform = transform_of_this_thread();
   const Eigen::VectorXcd b = coefficients_of(x, transform);
   // Either axis is shrunk by its own mu.
   const auto shrunk = [&](int p) {
