@@ -170,7 +170,10 @@ std::string SessionMachine::clear_then_resume() const {
 
 std::optional<SessionMachine::Hold> SessionMachine::hold_for_rig() {
   const LedgerState& s = ledger_.state();
-  if (is_held()) return Hold{v1::SESSION_WAITING, clear_then_resume(), Asks::kNobody};
+  if (is_held()) {
+    refusals_ = 0;  // a hold has its own reason, and nobody clears it unseen
+    return Hold{v1::SESSION_WAITING, clear_then_resume(), Asks::kNobody};
+  }
   if (!roster_missing_.empty()) return service_hold(roster_missing_);
   if (!facts_) return service_hold(facts_problem_);
   if (!s.bound) {

@@ -51,7 +51,7 @@ struct Patience {
   std::chrono::milliseconds receipt{30000};     ///< At the end, for the receipts of rejected trials.
   std::chrono::milliseconds rig_silence{2000};  ///< After which the rig's clock is not known any more.
   int resends = 2;                              ///< Repeats of a command before the wait shows in the phase.
-  int refusals = 3;                             ///< In a row, before the operator is asked.
+  int refusals = 3;                             ///< In a row without a hold, before the operator is asked.
   int abort_repeats = 10;                       ///< Before a session ends without the rig's confirmation.
 };
 

@@ -266,6 +266,22 @@ TEST(Session, TriesARefusedTrialAgainAndThenAsks) {
   EXPECT_EQ(lab.trial_commands[3].program().planned_index(), 0u);
 }
 
+TEST(Session, CountsRefusalsAnewAfterEachHoldThatWasCleared) {
+  Lab lab([](const v1::TrialProgram& program) {
+    return program.attempt() <= 5 ? Fate{.end = v1::TRIAL_REFUSED, .detail = "overrun"} : Fate{};
+  });
+  lab.command(v1::SESSION_START, "start", small_protocol());
+  lab.connect();
+  for (int refusal = 1; refusal <= 5; ++refusal) {
+    lab.run();
+    lab.give_rig_state(v1::RIG_HELD, 1, 1000 * refusal, "fault: overrun");
+    lab.give_rig_state(v1::RIG_FREE, 1, 1000 * refusal + 500);
+    lab.tick(500ms);
+  }
+  EXPECT_TRUE(lab.run_to_end()) << lab.machine().state().waiting_for();
+  expect_each_counted_once(lab, 8);
+}
+
 TEST(Session, SetsARecordedTrialAsideThatIsNotValid) {
   Lab lab([](const v1::TrialProgram& program) { return Fate{.is_valid = program.planned_index() != 1}; });
   lab.command(
