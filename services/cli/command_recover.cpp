@@ -1,6 +1,6 @@
 #include <CLI/CLI.hpp>
-#include <cstdio>
 #include <memory>
+#include <spdlog/fmt/fmt.h>
 
 #include "services/cli/answer.hpp"
 #include "services/cli/commands.hpp"
@@ -17,41 +17,33 @@ struct RecoverOptions {
   bool is_json = false;
 };
 
-void print_rows(const char* what, const std::vector<store::RowRange>& ranges) {
-  for (const auto& range : ranges) {
-    std::printf("lost: %s %lld to %lld\n", what, static_cast<long long>(range.first),
-                static_cast<long long>(range.last));
-  }
+std::string text_of(const char* what, const std::vector<store::RowRange>& ranges) {
+  std::string text;
+  for (const auto& range : ranges) text += fmt::format("lost: {} {} to {}\n", what, range.first, range.last);
+  return text;
 }
 
-void print(const store::Recovery& recovery, const std::string& target) {
-  std::printf("%llu pages", static_cast<unsigned long long>(recovery.pages));
-  if (!recovery.has_header) std::printf(", without a header");
+std::string text_of(const store::Recovery& recovery, const std::string& target) {
+  std::string text = fmt::format("{} pages", recovery.pages);
+  if (!recovery.has_header) text += ", without a header";
   if (recovery.pages_expected > recovery.pages)
-    std::printf(", %llu more are cut off",
-                static_cast<unsigned long long>(recovery.pages_expected - recovery.pages));
+    text += fmt::format(", {} more are cut off", recovery.pages_expected - recovery.pages);
   if (recovery.pages_from_log > 0)
-    std::printf(", %llu of them newer in the write-ahead log",
-                static_cast<unsigned long long>(recovery.pages_from_log));
-  std::printf(
-      "\ncopied to %s: %llu blocks of samples, %llu messages; %llu sessions, %llu trials\n", target.c_str(),
-      static_cast<unsigned long long>(recovery.blocks), static_cast<unsigned long long>(recovery.messages),
-      static_cast<unsigned long long>(recovery.sessions), static_cast<unsigned long long>(recovery.trials));
-  print_rows("rows of blocks", recovery.lost_blocks);
-  print_rows("rows of messages", recovery.lost_messages);
-  for (const auto& what : recovery.damaged_messages) std::printf("lost: a message of %s\n", what.c_str());
+    text += fmt::format(", {} of them newer in the write-ahead log", recovery.pages_from_log);
+  text += fmt::format("\ncopied to {}: {} blocks of samples, {} messages; {} sessions, {} trials\n", target,
+                      recovery.blocks, recovery.messages, recovery.sessions, recovery.trials);
+  text +=
+      text_of("rows of blocks", recovery.lost_blocks) + text_of("rows of messages", recovery.lost_messages);
+  for (const auto& what : recovery.damaged_messages) text += fmt::format("lost: a message of {}\n", what);
   for (const auto& lost : recovery.lost_samples) {
-    std::printf("lost: samples %llu to %llu of rig %s, epoch %llu\n",
-                static_cast<unsigned long long>(lost.range.first),
-                static_cast<unsigned long long>(lost.range.end - 1), to_hex(lost.stream.rig).c_str(),
-                static_cast<unsigned long long>(lost.stream.epoch));
+    text += fmt::format("lost: samples {} to {} of rig {}, epoch {}\n", lost.range.first, lost.range.end - 1,
+                        to_hex(lost.stream.rig), lost.stream.epoch);
   }
-  for (const auto& trial : recovery.incomplete_trials) std::printf("incomplete: %s\n", trial.c_str());
+  for (const auto& trial : recovery.incomplete_trials) text += fmt::format("incomplete: {}\n", trial);
   if (recovery.unreadable_rows > 0)
-    std::printf("%llu rows cannot be taken apart\n",
-                static_cast<unsigned long long>(recovery.unreadable_rows));
-  std::printf("%s\n", recovery.is_whole() ? "nothing that the file tells of is lost"
-                                          : "what came after the last row that is left cannot be known");
+    text += fmt::format("{} rows cannot be taken apart\n", recovery.unreadable_rows);
+  return text + (recovery.is_whole() ? "nothing that the file tells of is lost\n"
+                                     : "what came after the last row that is left cannot be known\n");
 }
 
 nlohmann::json json_of(const std::vector<store::RowRange>& ranges) {
@@ -103,10 +95,7 @@ void add_recover_command(CLI::App& app, Command& chosen) {
           [&bar](std::uint64_t done, std::uint64_t total) { bar.show(done, total, ""); });
       bar.clear();
       if (!recovery) return runtime::report("tonus recover", recovery.error());
-      if (options->is_json)
-        print_answer(true, json_of(*recovery, target), {});
-      else
-        print(*recovery, target);
+      print_answer(options->is_json, json_of(*recovery, target), text_of(*recovery, target));
       return 0;
     };
   });

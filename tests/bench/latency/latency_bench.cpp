@@ -13,6 +13,7 @@
 
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
+#include "tests/bench/bench_bus.hpp"
 #include "tests/bench/latency/round_trip.hpp"
 #include "tests/bench/latency/secured_host.hpp"
 #include "tests/support/process.hpp"
@@ -104,10 +105,7 @@ struct Asked {
 };
 
 bus::BusOptions options_for(const Asked& asked, int domain, const std::string& name) {
-  bus::BusOptions options;
-  options.vendor = *bus::parse_vendor(asked.dds);
-  options.domain = domain;
-  options.participant_name = name;
+  bus::BusOptions options = bench::bus_options(asked.dds, domain, name);
   options.partition = "rig";  // of the default rig
   if (!asked.security.empty()) options.security = bench::bench_files(asked.security);
   return options;

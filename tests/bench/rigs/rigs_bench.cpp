@@ -15,6 +15,7 @@
 #include "idl/topics.hpp"
 #include "services/core/name.hpp"
 #include "services/runtime/drain.hpp"
+#include "tests/bench/bench_bus.hpp"
 #include "tests/bench/rigs/bare_reader.hpp"
 #include "tests/bench/rigs/simulated_rigs.hpp"
 #include "tests/support/process.hpp"
@@ -40,14 +41,6 @@ std::vector<std::string> names_of(int rigs) {
   std::vector<std::string> names;
   for (int i = 1; i <= rigs; ++i) names.push_back(fmt::format("rig{:02}", i));
   return names;
-}
-
-bus::BusOptions options_for(const Asked& asked, const std::string& name) {
-  bus::BusOptions options;
-  options.vendor = *bus::parse_vendor(asked.dds);
-  options.domain = asked.domain;
-  options.participant_name = name;
-  return options;
 }
 
 /// Processor time of a process, s.
@@ -277,7 +270,8 @@ Result<nlohmann::json> measure(const Asked& asked) {
   std::vector<bus::Partitions> places;
   for (const std::string& name : names) places.push_back({name, kLab});
   places.insert(places.end(), {names, {kLab}, {kAnswers}});
-  TONUS_TRY_ASSIGN(const auto buses, bus::create_buses(options_for(asked, "rigs"), places));
+  TONUS_TRY_ASSIGN(const auto buses,
+                   bus::create_buses(bench::bus_options(asked.dds, asked.domain, "rigs"), places));
   const SystemClock clock;
   const auto notifier = std::make_shared<bus::Notifier>();
   Rigs rigs;
@@ -386,7 +380,8 @@ int main(int argc, char** argv) {
   app.add_option("--domain", asked.domain)->group("");
   CLI11_PARSE(app, argc, argv);
   if (asked.is_bare)
-    return bench::answer_every_block(bench::options_for(asked, "bare-reader"), bench::names_of(asked.rigs));
+    return bench::answer_every_block(bench::bus_options(asked.dds, asked.domain, "bare-reader"),
+                                     bench::names_of(asked.rigs));
   asked.domain = testing::own_domain();
   const auto row = bench::measure(asked);
   if (!row) {

@@ -15,6 +15,7 @@
 #include "idl/topics.hpp"
 #include "services/bus/typed.hpp"
 #include "services/core/id.hpp"
+#include "tests/bench/bench_bus.hpp"
 #include "tests/support/process.hpp"
 #include "tests/support/temporary_folder.hpp"
 
@@ -35,14 +36,6 @@ struct Asked {
   int domain = 0;
 };
 
-bus::BusOptions options_for(const Asked& asked, const std::string& name) {
-  bus::BusOptions options;
-  options.vendor = *bus::parse_vendor(asked.dds);
-  options.domain = asked.domain;
-  options.participant_name = name;
-  return options;
-}
-
 bus::Payload block_of(int samples) {
   v1::SampleBlock block;
   block.rig_id(id_of("bench"));
@@ -53,7 +46,7 @@ bus::Payload block_of(int samples) {
 /// Takes until it is killed.
 int take_from_bus(const Asked& asked) {
   const auto notifier = std::make_shared<bus::Notifier>();
-  const auto bus = bus::create_bus(options_for(asked, "throughput-reader"));
+  const auto bus = bus::create_bus(bench::bus_options(asked.dds, asked.domain, "throughput-reader"));
   if (!bus) return 1;
   const auto reader = (*bus)->create_reader(kBlocks, notifier);
   if (!reader) return 1;
@@ -140,7 +133,8 @@ Result<nlohmann::json> measure(const Asked& asked) {
   if (!tcp.wait_for_output("\n", std::chrono::seconds(10)))
     return fail(ErrorCode::kUnavailable, "the reader on the loopback did not start");
   const int port = std::stoi(tcp.output());
-  TONUS_TRY_ASSIGN(const auto bus, bus::create_bus(options_for(asked, "throughput-writer")));
+  TONUS_TRY_ASSIGN(const auto bus,
+                   bus::create_bus(bench::bus_options(asked.dds, asked.domain, "throughput-writer")));
   TONUS_TRY_ASSIGN(const auto writer, bus->create_writer(kBlocks));
   const auto limit = Clock::now() + kLimit;
   while (writer->status().matched_readers == 0) {
