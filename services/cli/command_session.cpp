@@ -25,17 +25,34 @@ constexpr std::chrono::seconds kStopLimit{5};
 
 Error interrupted() { return fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText)); }
 
-using Present = std::vector<v1::ServiceHealth>;
-using State = std::optional<v1::SessionState>;
+constexpr std::chrono::seconds kRosterLimit{5};
 
-void print_status(const Present& present, const State& session, const std::string& held) {
-  for (const auto& health : present) {
+/// What a system consists of.
+const std::vector<v1::ServiceRole> kRoles{v1::ROLE_RIG, v1::ROLE_SCHEDULER, v1::ROLE_IDENTIFICATION,
+                                          v1::ROLE_ARCHIVE};
+
+/// What was heard. Without a scheduler nothing is known of a session.
+struct Heard {
+  std::vector<v1::ServiceHealth> present;
+  std::vector<std::string> missing;  ///< Roles.
+  bool is_session_known = false;
+  std::optional<v1::SessionState> session;  ///< None: there is no session, if that is known.
+  std::string held;                         ///< Why the rig is held; empty: it is not.
+};
+
+void print_status(const Heard& heard) {
+  const auto& session = heard.session;
+  for (const auto& health : heard.present) {
     std::printf("%-15s %-10s %-9s %s%s\n", runtime::role_name(health.role()), health.name().c_str(),
                 health.is_ready() ? "ready" : "not ready", health.state().c_str(),
                 health.dropped() > 0 ? fmt::format(", {} dropped", health.dropped()).c_str() : "");
     if (const std::string differs = runtime::difference(health); !differs.empty())
       std::printf("%-15s warning: %s\n", "", differs.c_str());
     for (const auto& warning : health.warnings()) std::printf("%-15s warning: %s\n", "", warning.c_str());
+  }
+  for (const std::string& role : heard.missing) {
+    std::printf("%-15s %-10s %-9s it was not heard of within %lld s\n", role.c_str(), "", "missing",
+                static_cast<long long>(kRosterLimit.count()));
   }
   if (session) {
     std::printf("session %s: %s, %u of %u trials, %u rejected", to_hex(session->session_id()).c_str(),
@@ -44,17 +61,24 @@ void print_status(const Present& present, const State& session, const std::strin
     std::printf(", %.0f s of experiment remain\n", session->remaining_s());
     for (const auto& condition : session->conditions())
       std::printf("  %s\n", condition_text(condition).c_str());
-  } else {
+  } else if (heard.is_session_known) {
     std::printf("no session\n");
+  } else {
+    std::printf("session: not known without a scheduler\n");
   }
-  if (!held.empty()) std::printf("%s\n", held.c_str());
+  if (!heard.held.empty()) std::printf("%s\n", heard.held.c_str());
 }
 
 /// The same for programs. No session: null.
-nlohmann::json status_json(const Present& present, const State& session, const std::string& held) {
-  nlohmann::json json{
-      {"schema", 1}, {"services", nlohmann::json::array()}, {"session", nullptr}, {"held", held}};
-  for (const auto& health : present) {
+nlohmann::json status_json(const Heard& heard) {
+  const auto& session = heard.session;
+  nlohmann::json json{{"schema", 1},
+                      {"services", nlohmann::json::array()},
+                      {"missing", heard.missing},
+                      {"is_session_known", heard.is_session_known},
+                      {"session", nullptr},
+                      {"held", heard.held}};
+  for (const auto& health : heard.present) {
     json["services"].push_back({{"role", runtime::role_name(health.role())},
                                 {"name", health.name()},
                                 {"host", health.host()},
@@ -79,28 +103,39 @@ nlohmann::json status_json(const Present& present, const State& session, const s
   return json;
 }
 
+Heard heard_by(SessionClient& client, const std::string& held) {
+  Heard heard;
+  heard.present = client.roster().present();
+  for (const v1::ServiceRole role : kRoles)
+    if (!client.roster().find(role)) heard.missing.emplace_back(runtime::role_name(role));
+  heard.session = client.newest_state();
+  heard.is_session_known = heard.session || client.roster().find(v1::ROLE_SCHEDULER);
+  heard.held = held;
+  return heard;
+}
+
 Result<void> status(const runtime::CommonOptions& common, bool is_json) {
   auto end = OperatorConnection::join(common);
   if (!end) return end.error();
   SessionClient& client = (*end)->client();
-  const auto is_known = [&] {
-    return client.roster()
-               .missing({v1::ROLE_RIG, v1::ROLE_SCHEDULER, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE}, false)
-               .empty() &&
-           client.newest_state();
-  };
-  (void)client.wait_for(is_known, kLook, [&] { return (*end)->is_interrupted(); });
-  if ((*end)->is_interrupted()) return interrupted();
-
-  const auto present = client.roster().present();
-  if (present.empty()) {
+  const auto is_interrupted = [&end] { return (*end)->is_interrupted(); };
+  const auto anybody = [&client] { return !client.roster().present().empty(); };
+  const auto everybody = [&client] { return client.roster().missing(kRoles, false).empty(); };
+  (void)client.wait_for(anybody, kLook, is_interrupted);
+  if (is_interrupted()) return interrupted();
+  if (!anybody()) {
     return fail(ErrorCode::kUnavailable, fmt::format("no service was heard of in domain {} within {} s; {}",
                                                      common.domain, kLook.count(), kServicesNotUp));
   }
+  (void)client.wait_for(everybody, kRosterLimit, is_interrupted);
+  (void)client.wait_for([&client] { return client.newest_state().has_value(); }, kLook, is_interrupted);
+  if (is_interrupted()) return interrupted();
+
+  const Heard heard = heard_by(client, (*end)->held());
   if (is_json) {
-    std::printf("%s\n", json_text(status_json(present, client.newest_state(), (*end)->held())).c_str());
+    std::printf("%s\n", json_text(status_json(heard)).c_str());
   } else {
-    print_status(present, client.newest_state(), (*end)->held());
+    print_status(heard);
   }
   return {};
 }

@@ -14,10 +14,16 @@ Result<v1::SessionState> current_session(OperatorConnection& end, const runtime:
   const bool is_heard = client.wait_for(goes_on, kLook, [&] { return end.is_interrupted(); }).has_value();
   if (end.is_interrupted()) return fail(ErrorCode::kUnavailable, std::string(runtime::kInterruptedText));
   if (!is_heard && !client.newest_state()) {
-    return fail(
-        ErrorCode::kNotFound,
-        fmt::format("there is no session in domain {}; {}", common.domain,
-                    client.roster().present().empty() ? kServicesNotUp : "`tonus run PROTOCOL` starts one"));
+    const bool is_up = !client.roster().present().empty();
+    if (is_up && !client.roster().find(v1::ROLE_SCHEDULER)) {
+      return fail(
+          ErrorCode::kUnavailable,
+          fmt::format("no scheduler was heard of in domain {} within {} s: nothing is known of a session",
+                      common.domain, kLook.count()));
+    }
+    return fail(ErrorCode::kNotFound,
+                fmt::format("there is no session in domain {}; {}", common.domain,
+                            is_up ? "`tonus run PROTOCOL` starts one" : kServicesNotUp));
   }
   return *client.newest_state();
 }
