@@ -121,11 +121,11 @@ Result<void> status(const runtime::CommonOptions& common, bool is_json) {
   const auto is_interrupted = [&end] { return (*end)->is_interrupted(); };
   const auto anybody = [&client] { return !client.roster().present().empty(); };
   const auto everybody = [&client] { return client.roster().missing(kRoles, false).empty(); };
-  (void)client.wait_for(anybody, kLook, is_interrupted);
+  (void)client.wait_for(anybody, kRosterLimit, is_interrupted);
   if (is_interrupted()) return interrupted();
   if (!anybody()) {
     return fail(ErrorCode::kUnavailable, fmt::format("no service was heard of in domain {} within {} s; {}",
-                                                     common.domain, kLook.count(), kServicesNotUp));
+                                                     common.domain, kRosterLimit.count(), kServicesNotUp));
   }
   (void)client.wait_for(everybody, kRosterLimit, is_interrupted);
   (void)client.wait_for([&client] { return client.newest_state().has_value(); }, kLook, is_interrupted);
