@@ -6,6 +6,7 @@
 #include <filesystem>
 #include <unistd.h>
 
+#include "services/core/folder.hpp"
 #include "services/core/installation.hpp"
 #include "services/runtime/options.hpp"
 
@@ -26,8 +27,9 @@ Error check_driver(const CheckDriverOptions& options) {
   if (!std::filesystem::exists(program, error))
     return fail(ErrorCode::kNotFound, program.string() + " is missing; the package tonus-dev has it");
   // A name without a folder would be looked for among the system's libraries.
-  const std::string library = std::filesystem::absolute(options.file).string();
-  execl(program.c_str(), program.c_str(), "--driver-file", library.c_str(), "--driver-options",
+  const auto library = absolute_path(options.file);
+  if (!library) return library.error();
+  execl(program.c_str(), program.c_str(), "--driver-file", library->c_str(), "--driver-options",
         options.text.c_str(), static_cast<char*>(nullptr));
   return fail(ErrorCode::kIo, program.string() + ": " + std::strerror(errno));
 }

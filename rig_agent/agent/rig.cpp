@@ -13,6 +13,7 @@
 #include "rig_agent/drivers/library.hpp"
 #include "rig_agent/drivers/replay.hpp"
 #include "rig_agent/drivers/simulated.hpp"
+#include "services/core/folder.hpp"
 #include "services/core/name.hpp"
 #include "services/core/places.hpp"
 #include "services/core/text.hpp"
@@ -43,7 +44,7 @@ control::RealtimeRequest RigOptions::realtime() const {
 }
 
 Result<std::filesystem::path> RigOptions::own_folder(const std::string& rig) const {
-  if (!folder.empty()) return std::filesystem::absolute(folder);
+  if (!folder.empty()) return absolute_path(folder);
   if (driver == "simulated" || driver == "replay") return std::filesystem::path();
   return default_rig_folder(rig);
 }

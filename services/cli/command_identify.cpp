@@ -16,6 +16,7 @@
 #include "services/cli/commands.hpp"
 #include "services/cli/results.hpp"
 #include "services/cli/standard_input.hpp"
+#include "services/core/folder.hpp"
 #include "services/core/json_text.hpp"
 #include "services/core/places.hpp"
 #include "services/core/text.hpp"
@@ -68,12 +69,13 @@ Estimates identify_archive(const std::string& name, const IdentifyOptions& optio
 /// it.
 Estimates identify_source(const IdentifyOptions& options, const std::vector<impedance::Options>& analyses) {
   const std::filesystem::path source = options.source;
-  if (is_url(options.source) || std::filesystem::is_regular_file(source))
+  std::error_code none;  // what cannot be reached is refused below, by name
+  if (is_url(options.source) || std::filesystem::is_regular_file(source, none))
     return identify_archive(options.source, options, analyses);
   const auto in_folder = store::default_store(source);
-  const bool is_dataset = std::filesystem::exists(source / "dataset_description.json");
-  if (!is_dataset && std::filesystem::exists(in_folder))
-    return identify_archive(in_folder.string(), options, analyses);
+  TONUS_TRY_ASSIGN(const bool is_dataset, is_present(source / "dataset_description.json"));
+  TONUS_TRY_ASSIGN(const bool has_archive, is_present(in_folder));
+  if (!is_dataset && has_archive) return identify_archive(in_folder.string(), options, analyses);
   return identify_dataset(options, analyses);
 }
 

@@ -47,6 +47,16 @@ void search(const fs::path& folder, const std::string& relative, FilesBelow& bel
 
 }  // namespace
 
+Result<fs::path> absolute_path(const fs::path& path) {
+  std::error_code error;
+  fs::path absolute = fs::absolute(path, error);
+  if (error) {
+    return fail(ErrorCode::kIo, fmt::format("{}: the folder that this command was started in is gone ({})",
+                                            path.string(), error.message()));
+  }
+  return absolute;
+}
+
 Result<bool> is_present(const fs::path& path) {
   std::error_code error;
   const fs::file_status entry = fs::symlink_status(path, error);

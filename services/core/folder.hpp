@@ -16,6 +16,10 @@ namespace tonus {
 /// False where there is no such entry; true where there is one that can be reached.
 [[nodiscard]] Result<bool> is_present(const std::filesystem::path& path);
 
+/// The path from the root on. kIo where it is relative and the folder that this process is in has been
+/// removed.
+[[nodiscard]] Result<std::filesystem::path> absolute_path(const std::filesystem::path& path);
+
 /// Paths of the entries of a folder, by name. kNotFound where it is absent.
 [[nodiscard]] Result<std::vector<std::filesystem::path>> list_folder(const std::filesystem::path& folder);
 

@@ -14,6 +14,7 @@
 #include <utility>
 
 #include "services/core/file_descriptor.hpp"
+#include "services/core/folder.hpp"
 
 namespace tonus {
 namespace {
@@ -104,7 +105,8 @@ Result<ChildProcess> ChildProcess::start(const std::vector<std::string>& words,
   auto own_environment = options.environment;
   const auto program = find_program(words[0]);
   if (!program) return start_failed(words[0], access(words[0].c_str(), F_OK) == 0 ? EACCES : ENOENT);
-  own_words[0] = std::filesystem::absolute(*program).string();
+  TONUS_TRY_ASSIGN(const auto absolute, absolute_path(*program));
+  own_words[0] = absolute.string();
 
   std::array<int, 2> ends{-1, -1};
   if (pipe2(ends.data(), O_CLOEXEC) != 0) return start_failed(words[0], errno);

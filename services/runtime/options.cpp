@@ -8,6 +8,7 @@
 #include <sys/stat.h>
 #include <unistd.h>
 
+#include "services/core/folder.hpp"
 #include "services/core/name.hpp"
 #include "services/core/places.hpp"
 #include "services/core/standard_descriptors.hpp"
@@ -192,7 +193,7 @@ Result<std::filesystem::path> data_folder(const CommonOptions& options) {
     return fail(ErrorCode::kIo, fmt::format("--data {}: {}; a folder that can be written is needed",
                                             folder.string(), error.message()));
   }
-  return std::filesystem::absolute(folder);
+  return absolute_path(folder);
 }
 
 Result<std::unique_ptr<bus::Bus>> open_bus(const CommonOptions& options, const std::string& program) {

@@ -54,7 +54,7 @@ std::string identity_of(const std::string& program) {
 Result<std::optional<bus::SecurityFiles>> security_files(const CommonOptions& options,
                                                          const std::string& program) {
   if (options.security.empty()) return std::optional<bus::SecurityFiles>();
-  const auto folder = std::filesystem::absolute(options.security);
+  TONUS_TRY_ASSIGN(const auto folder, absolute_path(options.security));
   auto dds = read_text_file(folder / "dds", 64);
   if (!dds) {
     return fail(dds.error().code, "--security: " + dds.error().message +

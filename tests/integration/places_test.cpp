@@ -56,6 +56,48 @@ TEST_F(ProgramPlaces, AreNotGuessedByAnyProgramThatNeedsOne) {
   }
 }
 
+TEST_F(ProgramPlaces, ThatWereRemovedUnderneathAProgramEndItInOneLine) {
+  const std::string domain = std::to_string(own_domain());
+  const std::string gone = (folder_ / "gone").string();
+  const std::string shell = "mkdir " + gone + " && cd " + gone + " && rmdir " + gone + " && \"$@\"";
+  const std::vector<std::pair<std::string, std::vector<std::string>>> programs{
+      {"tonus", {"status", "--domain", domain, "--security", "certificates"}},
+      {"tonus", {"up", "--domain", domain, "--data", "data"}},
+      {"tonus", {"identify", "dataset"}},
+      {"tonus-archive", {"--domain", domain, "--data", "data"}},
+      {"tonus-rig-agent", {"--domain", domain, "--data", "data"}},
+  };
+  for (const auto& [name, arguments] : programs) {
+    const auto run = run_program(name, arguments, folder_.path(), shell);
+    EXPECT_TRUE(is_refused_in_one_line(run)) << name << " " << arguments[0] << ": " << run.errors;
+  }
+}
+
+TEST_F(ProgramPlaces, ThatAreLinksInCirclesEndNoIdentification) {
+  const auto dataset = folder_ / "dataset";
+  const auto archive = source_file("tests/acceptance/recorded_session/session.sqlite").string();
+  ASSERT_EQ(
+      run_program("tonus", {"export", "--format", "bids", "--archive", archive, "--out", dataset.string()},
+                  folder_.path())
+          .code,
+      0);
+  std::vector<fs::path> files;
+  for (const auto& entry : fs::recursive_directory_iterator(dataset))
+    if (entry.is_regular_file()) files.push_back(entry.path());
+  for (const auto& file : files) {
+    const auto kept = folder_ / "kept";
+    fs::rename(file, kept);
+    fs::create_symlink(file.filename(), file);
+    const auto run = run_program("tonus", {"identify", dataset.string()}, folder_.path());
+    EXPECT_TRUE(run.code == 0 || is_refused_in_one_line(run)) << file << ": " << run.errors;
+    fs::remove(file);
+    fs::rename(kept, file);
+  }
+  fs::create_symlink("circle", folder_ / "circle");
+  const auto run = run_program("tonus", {"identify", (folder_ / "circle").string()}, folder_.path());
+  EXPECT_TRUE(is_refused_in_one_line(run)) << run.errors;
+}
+
 TEST_F(ProgramPlaces, AreTheUsersOwn) {
   const auto home = folder_ / "home";
   fs::create_directory(home);
