@@ -2,6 +2,7 @@
 
 #include <cerrno>
 #include <cstdio>
+#include <cstdlib>
 #include <cstring>
 #include <fcntl.h>
 #include <spdlog/fmt/fmt.h>
@@ -12,17 +13,46 @@
 namespace tonus {
 namespace {
 
-/// Makes a new file whose content is on the disk; where it is false, errno has the reason.
-bool create_durably(const std::filesystem::path& path, std::string_view text) {
-  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
-  if (!file.is_open()) return false;
+// Of these, where one is false, errno has the reason.
+
+bool write_all(const FileDescriptor& file, std::string_view text) {
   while (!text.empty()) {
     const ssize_t count = ::write(file.get(), text.data(), text.size());
     if (count < 0 && errno == EINTR) continue;
     if (count < 0) return false;
     text.remove_prefix(static_cast<std::size_t>(count));
   }
-  return ::fsync(file.get()) == 0 && file.close();
+  return true;
+}
+
+/// Makes a new file whose content is on the disk.
+bool create_durably(const std::filesystem::path& path, std::string_view text) {
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_CREAT | O_EXCL | O_CLOEXEC, 0644));
+  return file.is_open() && write_all(file, text) && ::fsync(file.get()) == 0 && file.close();
+}
+
+/// Into what is there. A pipe that nobody reads is not waited for.
+bool write_through(const std::filesystem::path& path, std::string_view text) {
+  FileDescriptor file(::open(path.c_str(), O_WRONLY | O_NOCTTY | O_NONBLOCK | O_CLOEXEC));
+  const bool waits = file.is_open() && ::fcntl(file.get(), F_SETFL, 0) == 0;
+  return waits && write_all(file, text) && file.close();
+}
+
+bool replace(const std::filesystem::path& path, std::string_view text) {
+  auto fresh = path;
+  fresh += fmt::format(".{}.new", getpid());
+  ::unlink(fresh.c_str());  // left by a process of the same number that was killed
+  if (create_durably(fresh, text) && std::rename(fresh.c_str(), path.c_str()) == 0) return true;
+  const int reason = errno;
+  ::unlink(fresh.c_str());
+  errno = reason;
+  return false;
+}
+
+/// A name of the system's, not of a file: /dev/stdout is the caller's output even where that is a file.
+bool is_of_the_system(const std::filesystem::path& path) {
+  const std::string& text = path.native();
+  return text.starts_with("/dev/") || text.starts_with("/proc/");
 }
 
 }  // namespace
@@ -75,14 +105,22 @@ Result<void> create_text_file(const std::filesystem::path& path, std::string_vie
 }
 
 Result<void> write_text_file(const std::filesystem::path& path, std::string_view text) {
-  auto fresh = path;
-  fresh += fmt::format(".{}.new", getpid());
-  std::error_code ignored;
-  std::filesystem::remove(fresh, ignored);  // left by a process of the same number that was killed
-  if (create_durably(fresh, text) && std::rename(fresh.c_str(), path.c_str()) == 0) return {};
-  const auto error = file_error(path, "cannot be written");
-  std::filesystem::remove(fresh, ignored);
-  return error;
+  struct stat info {};
+  const bool is_there = ::stat(path.c_str(), &info) == 0;
+  const bool is_regular = !is_there || S_ISREG(info.st_mode);
+  const bool is_link = ::lstat(path.c_str(), &info) == 0 && S_ISLNK(info.st_mode);
+  const bool is_special = !is_regular || (is_link && is_of_the_system(path));
+  bool is_written = false;
+  if (is_special) {
+    is_written = write_through(path, text);
+  } else if (!is_link) {
+    is_written = replace(path, text);
+  } else if (char* target = ::realpath(path.c_str(), nullptr); target != nullptr) {
+    is_written = replace(target, text);
+    std::free(target);
+  }
+  if (!is_written) return file_error(path, "cannot be written");
+  return {};
 }
 
 }  // namespace tonus

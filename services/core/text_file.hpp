@@ -36,8 +36,9 @@ inline constexpr std::size_t kLargestText = std::size_t{256} << 20U;
 /// reason.
 [[nodiscard]] Result<void> create_text_file(const std::filesystem::path& path, std::string_view text);
 
-/// Creates a file beside `path` and renames it: afterwards `path` is whole or as it was before. kIo names it
-/// and the reason.
+/// Creates a file beside `path` and renames it: afterwards `path` is whole or as it was before. A link stays,
+/// and the file that it leads to is replaced; into what is no file (a device, a pipe, /dev/stdout) the text
+/// is written. kIo names the path and the reason.
 [[nodiscard]] Result<void> write_text_file(const std::filesystem::path& path, std::string_view text);
 
 }  // namespace tonus

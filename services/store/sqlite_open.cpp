@@ -7,6 +7,7 @@
 #include <unistd.h>
 
 #include "services/core/clock.hpp"
+#include "services/core/folder.hpp"
 #include "services/store/sqlite_schema.hpp"
 #include "services/store/sqlite_store.hpp"
 
@@ -24,10 +25,12 @@ Result<void> check_path(const std::string& path, bool must_exist) {
     return fail(code, fmt::format("store '{}': {}", path, reason));
   };
   if (path.empty()) return refuse(ErrorCode::kInvalidArgument, "is not allowed; expected a path");
+  const auto is_there = is_present(path);
+  if (!is_there) return fail(is_there.error().code, "store " + is_there.error().message);
   std::error_code error;
   const fs::file_status status = fs::status(path, error);
   if (fs::is_directory(status)) return refuse(ErrorCode::kInvalidArgument, "is a folder; expected a file");
-  if (fs::exists(status)) {
+  if (*is_there) {
     if (!fs::is_regular_file(status)) return refuse(ErrorCode::kInvalidArgument, "is not a regular file");
     return {};
   }

@@ -1,6 +1,9 @@
 #include "services/core/text_file.hpp"
 
+#include <fcntl.h>
 #include <gtest/gtest.h>
+#include <sys/stat.h>
+#include <unistd.h>
 
 #include "tests/support/temporary_folder.hpp"
 
@@ -19,6 +22,45 @@ TEST(TextFile, IsReplacedAsAWhole) {
   ASSERT_TRUE(write_text_file(folder / "a.txt", "the first, longer text"));
   ASSERT_TRUE(write_text_file(folder / "a.txt", "second"));
   EXPECT_EQ(*read_text_file(folder / "a.txt"), "second");
+}
+
+TEST(TextFile, IsReplacedWhereALinkLeadsAndTheLinkStays) {
+  const testing::TemporaryFolder folder;
+  ASSERT_TRUE(write_text_file(folder / "a.txt", "first"));
+  std::filesystem::create_symlink("a.txt", folder / "link");
+  ASSERT_TRUE(write_text_file(folder / "link", "second"));
+  EXPECT_TRUE(std::filesystem::is_symlink(folder / "link"));
+  EXPECT_EQ(*read_text_file(folder / "a.txt"), "second");
+}
+
+TEST(TextFile, IsNotPutInThePlaceOfALinkThatLeadsNowhereOrInCircles) {
+  const testing::TemporaryFolder folder;
+  std::filesystem::create_symlink("circle", folder / "circle");
+  std::filesystem::create_symlink("missing", folder / "dangling");
+  for (const char* name : {"circle", "dangling"}) {
+    const auto outcome = write_text_file(folder / name, "text");
+    ASSERT_FALSE(outcome) << name;
+    EXPECT_EQ(outcome.error().code, ErrorCode::kIo) << name;
+    EXPECT_TRUE(std::filesystem::is_symlink(folder / name)) << name;
+  }
+  EXPECT_EQ(std::distance(std::filesystem::directory_iterator(folder.path()), {}), 2);
+}
+
+TEST(TextFile, IsWrittenIntoAPipeAndADeviceWhichStayWhatTheyAre) {
+  const testing::TemporaryFolder folder;
+  const auto pipe = folder / "pipe";
+  ASSERT_EQ(mkfifo(pipe.c_str(), 0600), 0);
+  EXPECT_FALSE(write_text_file(pipe, "text")) << "nobody reads it";
+  FileDescriptor reader(open(pipe.c_str(), O_RDONLY | O_NONBLOCK | O_CLOEXEC));
+  ASSERT_TRUE(reader.is_open());
+  ASSERT_TRUE(write_text_file(pipe, "text"));
+  std::string text(8, '\0');
+  EXPECT_EQ(read(reader.get(), text.data(), text.size()), 4);
+  EXPECT_TRUE(std::filesystem::is_fifo(pipe));
+  const auto full = write_text_file("/dev/full", "text");
+  ASSERT_FALSE(full);
+  EXPECT_NE(full.error().message.find("/dev/full: cannot be written"), std::string::npos);
+  EXPECT_TRUE(std::filesystem::is_character_file("/dev/full"));
 }
 
 TEST(TextFile, IsCreatedOnlyWhereThereIsNone) {

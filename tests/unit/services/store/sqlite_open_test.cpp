@@ -65,6 +65,18 @@ TEST_F(SqliteOpen, NamesAFolderInPlaceOfAFile) {
   EXPECT_EQ(write_refusal(), named("is a folder; expected a file"));
 }
 
+TEST_F(SqliteOpen, TellsALinkThatLeadsNowhereOrInCirclesFromAFileThatIsNotThere) {
+  std::filesystem::create_symlink("circle", folder_ / "circle");
+  std::filesystem::create_symlink("missing", folder_ / "dangling");
+  for (const char* name : {"circle", "dangling"}) {
+    const auto store = open_store_for_reading((folder_ / name).string());
+    ASSERT_FALSE(store) << name;
+    EXPECT_EQ(store.error().code, ErrorCode::kIo) << name;
+    EXPECT_NE(store.error().message.find(std::string(name) + ": cannot be reached"), std::string::npos)
+        << store.error().message;
+  }
+}
+
 TEST_F(SqliteOpen, DoesNotMakeAFileToReadFrom) {
   EXPECT_EQ(read_refusal(), named("no such file"));
   EXPECT_FALSE(fs::exists(path_));
