@@ -22,7 +22,7 @@ enum class Fault : std::uint32_t {
   kWatchdog = 1U << 12,            ///< The watchdog dropped the torque, or is gone.
   kOverrunRate = 1U << 13,         ///< The loop missed a larger share of its periods than allowed.
   kEncoderStill = 1U << 14,        ///< A joint's load changed and its encoder did not move.
-  kEncoderReversed = 1U << 15,     ///< A joint moved against its load, and kept on.
+  kEncoderReversed = 1U << 15,     ///< A joint's counts go against what torque and force do to it.
   kForceStill = 1U << 16,          ///< The handle moved and a force channel did not change.
   kForceAgainstMotion = 1U << 17,  ///< Force and motion contradict each other: a reversed channel.
   kEnergy = 1U << 18,              ///< The hand was given more energy in a trial than allowed.

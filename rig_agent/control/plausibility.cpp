@@ -16,6 +16,22 @@ constexpr double kUnrestAllowed = 3.0;   // times the unrest of its force before
 constexpr double kUnrestTime = 0.1;      // s, over which that unrest is taken
 constexpr double kMotionShare = 0.7;  // of the motion: only an axis along which the hand goes has much to say
 
+constexpr double kSlow = 0.02;  // rad/s, below which a joint's direction is not sure
+
+/// What may explain the torque that nothing explains.
+UnexplainedCauses::Columns causes_of(const PlausibilityInput& input) noexcept {
+  const Eigen::Vector2d direction =
+      input.rates.array() / (input.rates.array().square() + kSlow * kSlow).sqrt();
+  UnexplainedCauses::Columns causes = UnexplainedCauses::Columns::Zero();
+  for (int k = 0; k < 2; ++k) {
+    causes(k, UnexplainedCauses::kTorques + k) = -input.given[k];
+    causes.col(UnexplainedCauses::kChannels + k) = input.channel_loads.col(k);
+    causes.col(UnexplainedCauses::kAccelerations + k) = input.predicted.col(k);
+    causes(k, UnexplainedCauses::kFriction + k) = -direction[k];
+  }
+  return causes;
+}
+
 std::uint64_t cycles(double duration, double period) {
   return static_cast<std::uint64_t>(std::max(1L, std::lround(duration / period)));
 }
@@ -33,13 +49,16 @@ Plausibility::Plausibility(const SafetyLimits& limits, const ServoGains& gains, 
       unrest_filter_(1.0 - std::exp(-period / kUnrestTime)),
       way_per_count_((geometry.links.l1 + geometry.links.l2) /
                      std::min(std::abs(geometry.counts_per_unit[0]), std::abs(geometry.counts_per_unit[1]))),
-      force_sign_check_(gains, friction, period) {}
+      force_sign_check_(gains, friction, period),
+      response_(gains, period),
+      encoder_sign_check_(friction, period) {}
 
 FaultBits Plausibility::check(const PlausibilityInput& input) noexcept {
   if (input.is_in_trial && !was_in_trial_) begin_trial(input);
   was_in_trial_ = input.is_in_trial;
   if (!input.is_in_trial) return 0;
-  return check_encoders(input) | check_force_channels(input) | check_force_sign(input) | check_work(input);
+  return check_encoders(input) | check_force_channels(input) | check_force_sign(input) |
+         check_encoder_sign(input) | check_work(input);
 }
 
 void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
@@ -56,6 +75,8 @@ void Plausibility::begin_trial(const PlausibilityInput& input) noexcept {
   cycles_since_onset_ = first_cycles_;
   energy_ = 0.0;
   force_sign_check_.begin_trial();
+  response_.start(causes_of(input));
+  encoder_sign_check_.begin_trial();
   resting_force_ = input.force;
   unrest_ = 0.0;
 }
@@ -109,6 +130,14 @@ FaultBits Plausibility::check_force_sign(const PlausibilityInput& input) noexcep
   const bool is_reversed =
       force_sign_check_.finds_reversed(input.unexplained, input.channel_loads, input.predicted);
   return is_reversed ? bit(Fault::kForceAgainstMotion) : 0;
+}
+
+FaultBits Plausibility::check_encoder_sign(const PlausibilityInput& input) noexcept {
+  if (limits_.unexplained_torque <= 0.0) return 0;
+  const UnexplainedCauses::Columns& causes = response_.pass(causes_of(input));
+  if (!response_.is_settled()) return 0;
+  const bool is_reversed = encoder_sign_check_.finds_reversed(input.unexplained, causes);
+  return is_reversed ? bit(Fault::kEncoderReversed) : 0;
 }
 
 FaultBits Plausibility::check_work(const PlausibilityInput& input) noexcept {

@@ -4,10 +4,13 @@
 #include <array>
 #include <cstdint>
 
+#include "rig_agent/control/encoder_sign_check.hpp"
 #include "rig_agent/control/fault.hpp"
 #include "rig_agent/control/force_sign_check.hpp"
+#include "rig_agent/control/observer_response.hpp"
 #include "rig_agent/control/safety_limits.hpp"
 #include "rig_agent/control/servo_gains.hpp"
+#include "rig_agent/control/unexplained_causes.hpp"
 #include "services/mechanics/rig_geometry.hpp"
 
 namespace tonus::control {
@@ -22,6 +25,8 @@ struct PlausibilityInput {
   Eigen::Vector2d unexplained = Eigen::Vector2d::Zero();    ///< Servo::unexplained_torque(), N m.
   Eigen::Matrix2d channel_loads = Eigen::Matrix2d::Zero();  ///< `load`, a column for each channel.
   Eigen::Matrix2d predicted = Eigen::Matrix2d::Zero();      ///< Servo::predicted_torques(), N m.
+  Eigen::Vector2d given = Eigen::Vector2d::Zero();          ///< Torques since the cycle before, N m.
+  Eigen::Vector2d rates = Eigen::Vector2d::Zero();          ///< Of the joints, rad/s.
   double sensor_angle = 0.0;                                ///< Of the force sensor's x axis in R, rad.
   bool is_in_trial = false;
   bool is_onset = false;  ///< The perturbation begins in this cycle.
@@ -34,6 +39,7 @@ struct PlausibilityInput {
 /// - Encoder: torques that the model of the manipulandum cannot explain, low-passed, beyond
 ///   SafetyLimits::unexplained_torque; or a joint's load that has changed by more than that since its encoder
 ///   last moved. No arm is so stiff: at the handle it would be some 25 N/mm.
+///   Or an encoder that torque and motion contradict (EncoderSignCheck).
 /// - Force: a channel whose volts are the same to the bit while the handle has gone 3 mm; or, in the first
 ///   0.15 s of a perturbation, when nobody can help along yet, an arm that along a sensor's axis has given
 ///   back more work than it took; or a channel that torque and motion contradict (ForceSignCheck).
@@ -53,6 +59,7 @@ class Plausibility {
   [[nodiscard]] FaultBits check_encoders(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_force_channels(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_force_sign(const PlausibilityInput& input) noexcept;
+  [[nodiscard]] FaultBits check_encoder_sign(const PlausibilityInput& input) noexcept;
   [[nodiscard]] FaultBits check_work(const PlausibilityInput& input) noexcept;
 
   const SafetyLimits limits_;
@@ -65,6 +72,8 @@ class Plausibility {
   const double way_per_count_;        // m at the handle, the larger of the two joints'
 
   ForceSignCheck force_sign_check_;
+  ObserverResponse<UnexplainedCauses::kCount> response_;
+  EncoderSignCheck encoder_sign_check_;
   bool was_in_trial_ = false;
   std::array<double, 2> count_{};                 // as last seen to change
   std::array<double, 2> load_at_count_{};         // N m, then

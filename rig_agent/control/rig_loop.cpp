@@ -157,6 +157,8 @@ void RigLoop::check_handle(const drivers::Reading& reading, CycleInput& input) n
   seen.channel_loads.col(0) = servo_.load_of(force_of_channel(geometry_, reading.raw, q, 0));
   seen.channel_loads.col(1) = servo_.load_of(force_of_channel(geometry_, reading.raw, q, 1));
   seen.predicted = servo_.predicted_torques();
+  seen.given = servo_.given_torque();
+  seen.rates = servo_.rates();
   seen.is_in_trial = trial_.is_running();
   seen.is_onset = trial_.is_onset();  // of the cycle before
   seen.is_perturbing = trial_.phase() == Phase::kPerturbing;

@@ -81,9 +81,10 @@ Eigen::Vector2d Servo::torque(const Reference& reference) noexcept {
   const Eigen::Vector2d unbalanced = jacobian.transpose() * (exerted - estimate_.force);
   acceleration_ = wanted + jacobian * (inverse(mass_matrix) * unbalanced);
 
-  return mass_matrix * (inverse_jacobian * (wanted - kinematics_.jacobian_rate_times_rates(rates_))) +
-         model_.inertia.coriolis(kinematics_.sin_q2, rates_) +
-         gains_.friction_compensation * model_.friction.torque(rates_) + jacobian.transpose() * exerted;
+  given_ = mass_matrix * (inverse_jacobian * (wanted - kinematics_.jacobian_rate_times_rates(rates_))) +
+           model_.inertia.coriolis(kinematics_.sin_q2, rates_) +
+           gains_.friction_compensation * model_.friction.torque(rates_) + jacobian.transpose() * exerted;
+  return given_;
 }
 
 Eigen::Vector2d Servo::safe_torque(double damping, double limit) noexcept {

@@ -88,6 +88,10 @@ class Servo {
   /// Joint torques, N m, that the motion which was predicted for this cycle asks for, with the other sign: a
   /// column for the acceleration of each joint.
   [[nodiscard]] Eigen::Matrix2d predicted_torques() const noexcept;
+  /// Joint torques, N m, that torque() gave last.
+  [[nodiscard]] const Eigen::Vector2d& given_torque() const noexcept { return given_; }
+  /// Joint rates of the last observation, rad/s.
+  [[nodiscard]] const Eigen::Vector2d& rates() const noexcept { return rates_; }
   /// Joint torques, N m, that balance the last observed force on the arm.
   [[nodiscard]] Eigen::Vector2d load() const noexcept { return load_of(estimate_.force); }
   /// The same of any force on the arm, N in R.
@@ -113,6 +117,7 @@ class Servo {
   unsigned rest_cycles_ = 0;
   TwoLinkState kinematics_;
   Eigen::Vector2d rates_ = Eigen::Vector2d::Zero();         // Joint rates, rad/s.
+  Eigen::Vector2d given_ = Eigen::Vector2d::Zero();         // By torque(), N m.
   Eigen::Vector2d acceleration_ = Eigen::Vector2d::Zero();  // Predicted for the period that begins, m/s2.
   Eigen::Vector2d trim_ = Eigen::Vector2d::Zero();          // N.
   Eigen::Vector2d unexplained_ = Eigen::Vector2d::Zero();   // Acceleration at the handle, m/s2.

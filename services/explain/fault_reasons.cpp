@@ -54,9 +54,12 @@ constexpr Explanation kFaultReasons[] = {
     {"encoder_still", "A joint's load changed and its encoder did not move.",
      "The encoder or its coupling is broken; the cable is out; the joint is blocked.",
      "Move the handle by hand and watch the counts; repair; then tonus clear-fault."},
-    {"encoder_reversed", "A joint moved against its load, and kept on.",
-     "An encoder counts the wrong way; two encoders are exchanged; a motor's polarity is wrong.",
-     "Do not run a trial. Check signs of encoders and motors with the subject away."},
+    {"encoder_reversed", "A joint's counts go against what torque and force do to it.",
+     "An encoder counts the wrong way; two encoders are exchanged; a motor's polarity is wrong; a motor "
+     "gives "
+     "much less torque than it is asked for under a large load.",
+     "Do not run a trial. Check signs of encoders and motors, and the motors' torque, with the subject "
+     "away."},
     {"force_still", "The handle moved and a force channel did not change.",
      "The channel is not connected, or the driver repeats its last value.",
      "Press the handle and watch the channel; repair; then tonus clear-fault."},

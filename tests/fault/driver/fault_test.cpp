@@ -18,6 +18,24 @@ TEST(FaultyDevice, NeverCarriesTheHandBeyondItsLimitsAndIsNamed) {
   }
 }
 
+/// These were found too late as long as only the size of the unexplained torque was looked at.
+TEST(FaultyDevice, EncodersThatCountBackwardsWhileTheArmIsLooseAreFoundInTime) {
+  for (const std::uint64_t seed : {500298, 500493, 502128, 502158, 502953, 503328, 504918, 505203}) {
+    const FaultCase seen = run_fault_case(seed);
+    EXPECT_EQ(seen.fault, DeviceFault::kEncoderReversed);
+    EXPECT_NE(seen.found & control::bit(control::Fault::kEncoderReversed), 0U) << seed;
+    EXPECT_LE(seen.way_beyond, 0.0) << seed;
+    EXPECT_LE(seen.cycles_under_torque, 2) << seed;
+  }
+}
+
+TEST(HealthyDevice, OfWeakMotorsOtherFrictionAndOtherArmsIsNotCalledAWrongEncoder) {
+  constexpr auto kWrong =
+      control::bit(control::Fault::kEncoderReversed) | control::bit(control::Fault::kEncoderStill);
+  for (std::uint64_t seed = 1; seed <= 40; ++seed)
+    EXPECT_EQ(run_healthy_case(seed, {.is_rig_other = true}) & kWrong, 0U) << seed;
+}
+
 TEST(HealthyDevice, RaisesNoAlarm) {
   for (std::uint64_t seed = 1; seed <= 20; ++seed)
     EXPECT_EQ(control::fault_text(run_healthy_case(seed)), "") << seed;
