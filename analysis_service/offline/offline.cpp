@@ -120,6 +120,7 @@ std::vector<Estimates> identify_each(std::size_t count, const Identify& identify
   std::vector<std::optional<Estimates>> found(count);
   for_each_in_parallel(count, [&](std::size_t i) { found[i] = identify(i); });
   std::vector<Estimates> all;
+  all.reserve(count);
   for (auto& of_one : found) all.push_back(*std::move(of_one));
   return all;
 }

@@ -273,7 +273,7 @@ Estimate automatic_estimate(const Search<N>& search) {
   return std::move(chosen);
 }
 
-template <int N>
+template <int N>  // NOLINTNEXTLINE(performance-unnecessary-value-param): the records are moved on
 Estimate identify(std::span<const Record> raw, std::vector<Record> records, const Settings& settings) {
   Search<N> search;
   search.raw = raw;

@@ -141,6 +141,7 @@ Result<void> prune(const PruneOptions& options) {
     return {};
   }
   std::vector<Id> ids;
+  ids.reserve(records.size());
   for (const auto& record : records) ids.push_back(record.session);
   if (!options.is_json) std::fputs(text_of(records, "removing").c_str(), stdout);
   ProgressBar bar("samples that stay");

@@ -43,7 +43,7 @@ std::string bias_text(const char* name, const v1::MatrixEstimate& m, unsigned ax
   constexpr double kNotable = 0.05;
   bool is_notable = false;
   std::string text;
-  for (const std::size_t i : {0, 1, 2, 3}) {
+  for (std::size_t i = 0; i < 4; ++i) {
     if (axes == 1 && i > 0) break;
     if (!std::isfinite(m.known_bias()[i])) return {};
     is_notable |= std::abs(m.known_bias()[i]) > kNotable * m.standard_error()[i];

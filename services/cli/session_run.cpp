@@ -91,6 +91,7 @@ Result<void> print_results(const SessionClient& client, const Id& session, const
   std::fflush(stdout);
   if (options.json.empty()) return {};
   std::vector<identification::OfflineEstimate> results;
+  results.reserve(estimates.size());
   for (const auto& estimate : estimates) {
     results.push_back({options.subject,
                        to_hex(session),

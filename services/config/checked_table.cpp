@@ -158,7 +158,7 @@ void CheckedTable::flag(std::string_view key, bool& target) {
 }
 
 std::string CheckedTable::text(std::string_view key, std::size_t least, std::size_t most,
-                               std::optional<std::string> fallback) {
+                               const std::optional<std::string>& fallback) {
   const std::string allowed = fmt::format("text of {} to {} characters", least, most);
   const toml::node* node = find(key, quoted(fallback), allowed);
   if (node == nullptr) return fallback.value_or("");
@@ -172,7 +172,7 @@ std::string CheckedTable::text(std::string_view key, std::size_t least, std::siz
 }
 
 std::string CheckedTable::one_of(std::string_view key, const std::vector<std::string>& allowed,
-                                 std::optional<std::string> fallback) {
+                                 const std::optional<std::string>& fallback) {
   const toml::node* node = find(key, quoted(fallback), choice_text(allowed));
   if (node == nullptr) return fallback.value_or("");
   const auto* text = node->as_string();

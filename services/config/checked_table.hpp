@@ -61,9 +61,9 @@ class CheckedTable {
   [[nodiscard]] std::uint64_t seed(std::string_view key, std::uint64_t fallback);
   /// Text of `least` to `most` characters, no control characters.
   [[nodiscard]] std::string text(std::string_view key, std::size_t least, std::size_t most,
-                                 std::optional<std::string> fallback = {});
+                                 const std::optional<std::string>& fallback = {});
   [[nodiscard]] std::string one_of(std::string_view key, const std::vector<std::string>& allowed,
-                                   std::optional<std::string> fallback = {});
+                                   const std::optional<std::string>& fallback = {});
   /// [low, high] with low <= high, or one number for both.
   [[nodiscard]] Span span(std::string_view key, Limits limits);
   [[nodiscard]] Eigen::Vector2d vector(std::string_view key, Limits limits,

@@ -22,7 +22,7 @@ AxesFinding axes_of_stiffness(const Eigen::Matrix2d& stiffness) {
   }
   const Eigen::Matrix2d symmetric = 0.5 * (stiffness + stiffness.transpose());
   const Eigen::SelfAdjointEigenSolver<Eigen::Matrix2d> solver(symmetric);  // eigenvalues ascending
-  const Eigen::Vector2d values = solver.eigenvalues();
+  const Eigen::Vector2d& values = solver.eigenvalues();
   if (!(values[0] > 0.0)) {
     finding.reason =
         fmt::format("its stiffness is not positive definite, the eigenvalues are {:.1f} and {:.1f} N/m",

@@ -13,7 +13,7 @@ std::int64_t reading(const Clock& clock) {
 
 Result<ClockAnswer> ClockAnswer::create(bus::Bus& bus, const Clock& clock, const Id& instance,
                                         std::shared_ptr<bus::Notifier> notifier) {
-  auto probes = bus::TypedReader<v1::ClockProbe>::create(bus, topics::kClockProbe, std::move(notifier));
+  auto probes = bus::TypedReader<v1::ClockProbe>::create(bus, topics::kClockProbe, notifier);
   if (!probes) return probes.error();
   auto echoes = bus::TypedWriter<v1::ClockEcho>::create(bus, topics::kClockEcho);
   if (!echoes) return echoes.error();

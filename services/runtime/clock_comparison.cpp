@@ -12,7 +12,7 @@ namespace tonus::runtime {
 Result<ClockComparison> ClockComparison::create(bus::Bus& bus, const Clock& clock, const Id& instance,
                                                 std::shared_ptr<bus::Notifier> notifier,
                                                 const Options& options) {
-  auto echoes = bus::TypedReader<v1::ClockEcho>::create(bus, topics::kClockEcho, std::move(notifier));
+  auto echoes = bus::TypedReader<v1::ClockEcho>::create(bus, topics::kClockEcho, notifier);
   if (!echoes) return echoes.error();
   auto probes = bus::TypedWriter<v1::ClockProbe>::create(bus, topics::kClockProbe);
   if (!probes) return probes.error();

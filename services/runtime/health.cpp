@@ -234,7 +234,7 @@ std::string difference(const v1::ServiceHealth& health) {
 }
 
 Result<Roster> Roster::create(bus::Bus& bus, const Clock& clock, std::shared_ptr<bus::Notifier> notifier) {
-  auto reader = bus::TypedReader<v1::ServiceHealth>::create(bus, topics::kServiceHealth, std::move(notifier));
+  auto reader = bus::TypedReader<v1::ServiceHealth>::create(bus, topics::kServiceHealth, notifier);
   if (!reader) return reader.error();
   return Roster(std::move(*reader), clock);
 }

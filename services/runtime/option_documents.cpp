@@ -173,7 +173,7 @@ std::string man_page(const CLI::App& app) {
   for (const auto* sub : commands)
     add_man_command(text, *sub, inside(path, *sub), program + " " + sub->get_name());
   if (!common.empty()) text += ".SH COMMON OPTIONS\nWhat every program has.\n" + common;
-  const std::string section = path.front();
+  const std::string& section = path.front();
   text += fmt::format(
       ".SH CONFIGURATION\nAn option that is not given comes from the environment, else from\n"
       ".IR /etc/tonus/tonus.toml :\na key with the option's name in the section\n.BR [{0}]{1}.\n"
@@ -267,7 +267,7 @@ std::string bash_completion(const CLI::App& app) {
       cases);
 }
 
-std::string zsh_text(std::string text) {
+std::string zsh_text(const std::string& text) {
   std::string out;
   for (const char c : text) {
     if (c == '\'')
@@ -327,7 +327,7 @@ std::string zsh_completion(const CLI::App& app) {
 
 // --- reference and the keys of the file
 
-std::string cell(std::string text) {
+std::string cell(const std::string& text) {
   std::string out;
   for (const char c : text) out += c == '|' ? std::string("\\|") : std::string(1, c);
   return out;

@@ -61,6 +61,7 @@ Result<std::vector<std::unique_ptr<bus::Bus>>> open_buses(const std::vector<Comm
                                                           const std::string& program) {
   TONUS_TRY_ASSIGN(const auto options, bus_options_of(rigs.front(), program));
   std::vector<bus::Partitions> places;
+  places.reserve(rigs.size());
   for (const CommonOptions& each : rigs) places.push_back({each.rig});
   return bus::create_buses(options, places);
 }

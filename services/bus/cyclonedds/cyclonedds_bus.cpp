@@ -86,6 +86,7 @@ Result<std::vector<std::unique_ptr<Bus>>> create_cyclonedds_buses(const BusOptio
   TONUS_TRY_ASSIGN(const auto owner, CycloneParticipant::create(options));
   const auto blocking = std::make_shared<BlockingParticipant>(options);
   std::vector<std::unique_ptr<Bus>> buses;
+  buses.reserve(places.size());
   for (const Partitions& partitions : places)
     buses.push_back(
         std::make_unique<CycloneBus>(CycloneParticipant::beside(owner, partitions), blocking, partitions));

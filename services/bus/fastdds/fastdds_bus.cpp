@@ -39,6 +39,7 @@ Result<std::vector<std::unique_ptr<Bus>>> create_fastdds_buses(const BusOptions&
                                                                const std::vector<Partitions>& places) {
   TONUS_TRY_ASSIGN(const auto owner, FastParticipant::create(options));
   std::vector<std::unique_ptr<Bus>> buses;
+  buses.reserve(places.size());
   for (const Partitions& partitions : places)
     buses.push_back(std::make_unique<FastBus>(FastParticipant::beside(owner, partitions)));
   return buses;

@@ -114,6 +114,7 @@ std::string trials_text(const OpenSession& session) {
 /// row, number of rows, and onset from the first row.
 py::tuple read_trials(const OpenSession& session, const std::vector<std::size_t>& numbers) {
   std::vector<const store::SessionTrial*> trials;
+  trials.reserve(numbers.size());
   for (const std::size_t number : numbers) trials.push_back(&session.content.trials.at(number));
   auto read = with_store(*session.archive,
                          [&](store::Store& store) { return read_signals(store, session.content, trials); });

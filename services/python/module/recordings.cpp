@@ -134,6 +134,7 @@ std::string identify_given(const std::vector<GivenTrial>& given, double rate, un
   const auto request = request_of(settings);
   const ArrayCondition condition{axes, rate, {units.first, units.second}, handle_mass, bias, posture};
   std::vector<ArrayTrial> trials;
+  trials.reserve(given.size());
   for (const auto& [force, displacement, commanded, onset] : given) {
     trials.push_back({span_of(force), span_of(displacement),
                       commanded ? span_of(*commanded) : std::span<const double>(), onset});
