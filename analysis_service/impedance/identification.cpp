@@ -224,9 +224,9 @@ std::optional<Reason> fit_published(const TrialPointers& trials, const Options& 
   });
 }
 
-/// Whether there are commands and trials enough to simulate a bias and to check method against method.
+/// Whether there are commands, and trials enough to test them against model (3) and to simulate a bias.
 bool has_commands(const TrialPointers& trials) {
-  return trials.size() >= kFewestCrossChecked && std::ranges::all_of(trials, [](const Trial* trial) {
+  return trials.size() >= kFewestTested && std::ranges::all_of(trials, [](const Trial* trial) {
            return !trial->is_continuous && trial->commanded.rows() == trial->samples();
          });
 }
@@ -265,7 +265,7 @@ std::optional<CrossCheck> cross_check_of(const TrialPointers& trials, const Opti
                                          Eigen::Index rows, Estimate& estimate, Examination& known) {
   const bool is_checked = options.model == Model::kLinear &&
                           (estimate.method == Method::kRefined || estimate.method == Method::kStateVariable);
-  if (!is_checked || !has_commands(trials)) return std::nullopt;
+  if (!is_checked || trials.size() < kFewestCrossChecked || !has_commands(trials)) return std::nullopt;
   return cross_check(refined_of(trials, options, known), state_variable_of(trials, rows, known));
 }
 
