@@ -243,6 +243,17 @@ const refined::Estimate* model_tests_of(const TrialPointers& trials, const Optio
   return known.by_motion ? &*known.by_motion : nullptr;
 }
 
+/// What a published method errs at these trials. Where no command is known, state_variable's is left out: it
+/// filters force and displacement alike, and its estimates while samples arrive know no bias.
+void carry_bias_of(const TrialPointers& trials, const Options& options, Estimate& estimate,
+                   Examination& known) {
+  const refined::Estimate* found = model_tests_of(trials, options, options.method, known);
+  const bool is_by_motion = known.by_motion && found == &*known.by_motion;
+  if (found == nullptr || (is_by_motion && options.method == Method::kStateVariable)) return;
+  if (const auto bias = method_bias(trials, *found, options, estimate.natural_frequency))
+    carry_bias(*bias, estimate);
+}
+
 /// Method state_variable by the published settings, as the cross-check takes it.
 const Estimate& state_variable_of(const TrialPointers& trials, Eigen::Index rows, Examination& known) {
   if (known.state_variable) return *known.state_variable;
@@ -256,7 +267,7 @@ const Estimate& state_variable_of(const TrialPointers& trials, Eigen::Index rows
   estimate.status = is_found ? Status::kOk : Status::kUndetermined;
   if (!is_found) return estimate;
   if (const auto bias = method_bias(trials, *known.refined, options, known.frequency))
-    estimate.value = without_bias(estimate.value, *bias);
+    state_bias(*bias, estimate);
   return estimate;
 }
 
@@ -313,11 +324,7 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     failure = identify_refined(refined_of(trials, options, *known), trials.size(), options, estimate);
   } else if (!failure) {
     failure = fit_published(trials, options, rows, estimate);
-    if (!failure && options.model == Model::kLinear && has_commands(trials)) {
-      if (const auto bias =
-              method_bias(trials, refined_of(trials, options, *known), options, estimate.natural_frequency))
-        carry_bias(*bias, estimate);
-    }
+    if (!failure) carry_bias_of(trials, options, estimate, *known);
   }
   Diagnosis diagnosis = known->diagnosis;
   // What a clipped force shows beside its clipping names a wrong cause.
