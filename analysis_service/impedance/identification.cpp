@@ -204,11 +204,12 @@ struct Examination {
   std::optional<refined::Estimate> refined;    ///< Where a method, a bias or the cross-check asked for it.
   std::optional<refined::Estimate> by_motion;  ///< Where there are no commands.
   std::optional<Estimate> state_variable;      ///< By the published settings, without bias.
+  std::optional<Estimate> spectral;            ///< Of records by a published method.
 };
 
 Examination examine(const TrialPointers& trials, const Options& options) {
   const double frequency = tuned_natural_frequency(trials, options.window, options.block);
-  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}, {}};
+  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}, {}, {}};
 }
 
 const refined::Estimate& refined_of(const TrialPointers& trials, const Options& options, Examination& known) {
@@ -252,6 +253,15 @@ void carry_bias_of(const TrialPointers& trials, const Options& options, Estimate
   if (found == nullptr || (is_by_motion && options.method == Method::kStateVariable)) return;
   if (const auto bias = method_bias(trials, *found, options, estimate.natural_frequency))
     carry_bias(*bias, estimate);
+}
+
+const Estimate& spectral_of(const TrialPointers& trials, Examination& known) {
+  if (known.spectral) return *known.spectral;
+  Estimate& estimate = known.spectral.emplace();
+  estimate.method = Method::kSpectral;
+  estimate.axes = trials.front()->axes();
+  identify_records(trials, Model::kLinear, estimate);
+  return estimate;
 }
 
 /// Method state_variable by the published settings, as the cross-check takes it.
@@ -324,7 +334,9 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     failure = identify_refined(refined_of(trials, options, *known), trials.size(), options, estimate);
   } else if (!failure) {
     failure = fit_published(trials, options, rows, estimate);
-    if (!failure) carry_bias_of(trials, options, estimate, *known);
+    if (!failure && !is_record) carry_bias_of(trials, options, estimate, *known);
+    if (!failure && is_record && options.model == Model::kLinear)
+      hold_against_spectral(spectral_of(trials, *known), estimate);
   }
   Diagnosis diagnosis = known->diagnosis;
   // What a clipped force shows beside its clipping names a wrong cause.
