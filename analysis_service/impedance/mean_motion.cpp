@@ -69,21 +69,24 @@ void take_column(const Eigen::VectorXd& measured, Eigen::Index rest, double samp
   const Eigen::ArrayXd sine = angle.sin();
   const Eigen::ArrayXd cosine = angle.cos();
   const double slope = (measured[M] - measured[0]) / static_cast<double>(M);
-  for (Eigen::Index n = 0; n <= M; ++n) {
-    double x = measured[0] + slope * static_cast<double>(n);
-    double v = slope / sample_period;
-    double a = 0.0;
-    for (Eigen::Index k = 1; k <= band; ++k) {
-      const Eigen::Index at = k * n % (2 * M);
-      const double q = w * static_cast<double>(k);
-      x += b[k - 1] * sine[at];
-      v += q * b[k - 1] * cosine[at];
-      a -= q * q * b[k - 1] * sine[at];
+  Eigen::VectorXd x = measured[0] + slope * Eigen::ArrayXd::LinSpaced(M + 1, 0.0, static_cast<double>(M));
+  Eigen::VectorXd v = Eigen::VectorXd::Constant(M + 1, slope / sample_period);
+  Eigen::VectorXd a = Eigen::VectorXd::Zero(M + 1);
+  for (Eigen::Index k = 1; k <= band; ++k) {
+    const double q = w * static_cast<double>(k);
+    const double bk = b[k - 1];
+    Eigen::Index at = 0;  // k n modulo 2 M
+    for (Eigen::Index n = 0; n <= M; ++n) {
+      x[n] += bk * sine[at];
+      v[n] += q * bk * cosine[at];
+      a[n] -= q * q * bk * sine[at];
+      at += k;
+      if (at >= 2 * M) at -= 2 * M;
     }
-    motion.x(n, column) = x;
-    motion.v(n, column) = v;
-    motion.a(n, column) = a;
   }
+  motion.x.col(column) = x;
+  motion.v.col(column) = v;
+  motion.a.col(column) = a;
   const double shortest =
       2.0 * std::numbers::pi / (w * static_cast<double>(band));  // period of the band's end
   begin_from_rest(rest, std::min(kBeginning, shortest), sample_period, column, motion);
