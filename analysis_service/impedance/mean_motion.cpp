@@ -107,6 +107,7 @@ refined::CommandMotion mean_motion(std::span<const Trial* const> trials, double 
   motion.targets = means_over_window(trials, window,
                                      [](const Trial& trial) -> const Signals& { return trial.displacement; });
   const Eigen::MatrixXd weights = motion.targets * (motion.targets.transpose() * motion.targets).inverse();
+  if (!weights.allFinite()) return {};
   for (Eigen::Index b = 0; b < axes; ++b) {
     Eigen::MatrixXd mean = Eigen::MatrixXd::Zero(rows, axes);
     for (std::size_t j = 0; j < trials.size(); ++j)

@@ -17,7 +17,8 @@ namespace tonus::impedance {
 /// of the series, are kept as they are: x, v and a are exact derivatives of one band-limited motion. It
 /// begins at the onset; the rest before it is zero.
 ///
-/// The trials last for `window` s and act along as many directions as they have axes; at least one.
+/// The trials last for `window` s; at least one. No rest and no motion where their mean displacements do not
+/// span the axes.
 [[nodiscard]] refined::CommandMotion mean_motion(std::span<const Trial* const> trials, double window);
 
 }  // namespace tonus::impedance

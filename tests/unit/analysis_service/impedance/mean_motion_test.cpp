@@ -73,6 +73,13 @@ TEST(MeanMotion, HasTheDerivativesOfTheMotionThatTrialsHaveInCommon) {
   EXPECT_LT(share[2], 0.05);
 }
 
+TEST(MeanMotion, IsNoneWhereTheDisplacementsDoNotSpanTheAxes) {
+  auto trials = trials_with_noise(0.0);
+  for (Trial& trial : trials) trial.displacement.col(1).setZero();
+  EXPECT_EQ(motion_of(trials).rest, 0);
+  EXPECT_TRUE(motion_of(trials).of_axis.empty());
+}
+
 TEST(MeanMotion, IsAtRestBeforeTheOnset) {
   const refined::CommandMotion motion = motion_of(trials_with_noise(2e-6));
   EXPECT_EQ(motion.rest, kRest);
