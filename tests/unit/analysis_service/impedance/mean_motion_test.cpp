@@ -44,6 +44,7 @@ std::vector<Trial> trials_with_noise(double noise) {
 
 refined::CommandMotion motion_of(const std::vector<Trial>& trials) {
   std::vector<const Trial*> pointers;
+  pointers.reserve(trials.size());
   for (const Trial& trial : trials) pointers.push_back(&trial);
   return mean_motion(pointers, 1.0);
 }

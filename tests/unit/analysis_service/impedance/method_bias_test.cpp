@@ -136,6 +136,7 @@ TEST(CrossCheck, PassesMethodsThatAgreeToFourDigitsInDataWithoutNoise) {
   rig.encoder_counts = rig.force_noise = rig.force_resolution = 0.0;
   const auto trials = simulate(typical_subject(), rig, directions(), 3);
   std::vector<const Trial*> pointers;
+  pointers.reserve(trials.size());
   for (const Trial& trial : trials) pointers.push_back(&trial);
   const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
   Estimate other = identify(trials, by(Method::kRefined)).value();
