@@ -1,11 +1,13 @@
 #include "analysis_service/impedance/cross_check.hpp"
 
+#include <algorithm>
 #include <array>
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 #include <tuple>
 
 #include "analysis_service/impedance/identification.hpp"
+#include "analysis_service/impedance/uncertainty.hpp"
 #include "analysis_service/refined/identification.hpp"
 #include "analysis_service/statistics/distributions.hpp"
 
@@ -21,6 +23,7 @@ std::optional<CrossCheck> cross_check(const refined::Estimate& refined, const Es
                                       Entry{"K", &Parameters::K, 2 * axes}};
   CrossCheck check;
   for (const auto& [name, matrix, first] : matrices) {
+    const AxisMatrix& bias = uncertainty_of(state_variable, matrix).known_bias;
     const double same = kSameNumber * (state_variable.value.*matrix).cwiseAbs().maxCoeff();
     for (Eigen::Index i = 0; i < axes; ++i) {
       for (Eigen::Index j = 0; j < axes; ++j) {
@@ -28,7 +31,9 @@ std::optional<CrossCheck> cross_check(const refined::Estimate& refined, const Es
         const double own = statistics::student_t_factor(0.95, spread.freedom) * spread.std;
         const double other = 0.5 * ((state_variable.high.*matrix)(i, j) - (state_variable.low.*matrix)(i, j));
         const double a = refined.theta(first + j, i);
-        const double b = (state_variable.value.*matrix)(i, j);
+        const double given = (state_variable.value.*matrix)(i, j);
+        const double less_bias = bias.size() == 0 ? given : given - bias(i, j);
+        const double b = std::clamp(a, std::min(given, less_bias), std::max(given, less_bias));
         const double value = std::abs(a - b) / std::hypot(own, other, same);
         if (!(value > check.value)) continue;
         check.value = value;

@@ -33,9 +33,11 @@ struct CrossCheck {
   [[nodiscard]] bool is_passed() const { return value <= kLargestDifference; }
 };
 
-/// Holds M, B, K of method refined against those of state_variable less its known bias: each element's
-/// difference over the root of the sum of the squared half-widths and of kSameNumber. None where either has
-/// no numbers.
+/// Holds M, B, K of method refined against those of state_variable: each element's difference over the root
+/// of the sum of the squared half-widths and of kSameNumber. Where state_variable has a known bias, its
+/// intervals hold the number as given and less the bias, and the nearest in between is compared: what
+/// simulates the bias may err, too. `state_variable`'s intervals are those without the bias. None where
+/// either has no numbers.
 [[nodiscard]] std::optional<CrossCheck> cross_check(const refined::Estimate& refined,
                                                     const Estimate& state_variable);
 

@@ -204,11 +204,12 @@ struct Examination {
   std::optional<refined::Estimate> refined;    ///< Where a method, a bias or the cross-check asked for it.
   std::optional<refined::Estimate> by_motion;  ///< Where there are no commands.
   std::optional<Estimate> state_variable;      ///< By the published settings, without bias.
+  std::optional<Estimate> spectral;            ///< Of records by a published method.
 };
 
 Examination examine(const TrialPointers& trials, const Options& options) {
   const double frequency = tuned_natural_frequency(trials, options.window, options.block);
-  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}, {}};
+  return {options.window, options.block, frequency, diagnose(trials, options, frequency), {}, {}, {}, {}};
 }
 
 const refined::Estimate& refined_of(const TrialPointers& trials, const Options& options, Examination& known) {
@@ -224,9 +225,9 @@ std::optional<Reason> fit_published(const TrialPointers& trials, const Options& 
   });
 }
 
-/// Whether there are commands and trials enough to simulate a bias and to check method against method.
+/// Whether there are commands, and trials enough to test them against model (3) and to simulate a bias.
 bool has_commands(const TrialPointers& trials) {
-  return trials.size() >= kFewestCrossChecked && std::ranges::all_of(trials, [](const Trial* trial) {
+  return trials.size() >= kFewestTested && std::ranges::all_of(trials, [](const Trial* trial) {
            return !trial->is_continuous && trial->commanded.rows() == trial->samples();
          });
 }
@@ -243,6 +244,26 @@ const refined::Estimate* model_tests_of(const TrialPointers& trials, const Optio
   return known.by_motion ? &*known.by_motion : nullptr;
 }
 
+/// What a published method errs at these trials. Where no command is known, state_variable's is left out: it
+/// filters force and displacement alike, and its estimates while samples arrive know no bias.
+void carry_bias_of(const TrialPointers& trials, const Options& options, Estimate& estimate,
+                   Examination& known) {
+  const refined::Estimate* found = model_tests_of(trials, options, options.method, known);
+  const bool is_by_motion = known.by_motion && found == &*known.by_motion;
+  if (found == nullptr || (is_by_motion && options.method == Method::kStateVariable)) return;
+  if (const auto bias = method_bias(trials, *found, options, estimate.natural_frequency))
+    carry_bias(*bias, estimate);
+}
+
+const Estimate& spectral_of(const TrialPointers& trials, Examination& known) {
+  if (known.spectral) return *known.spectral;
+  Estimate& estimate = known.spectral.emplace();
+  estimate.method = Method::kSpectral;
+  estimate.axes = trials.front()->axes();
+  identify_records(trials, Model::kLinear, estimate);
+  return estimate;
+}
+
 /// Method state_variable by the published settings, as the cross-check takes it.
 const Estimate& state_variable_of(const TrialPointers& trials, Eigen::Index rows, Examination& known) {
   if (known.state_variable) return *known.state_variable;
@@ -256,7 +277,7 @@ const Estimate& state_variable_of(const TrialPointers& trials, Eigen::Index rows
   estimate.status = is_found ? Status::kOk : Status::kUndetermined;
   if (!is_found) return estimate;
   if (const auto bias = method_bias(trials, *known.refined, options, known.frequency))
-    estimate.value = without_bias(estimate.value, *bias);
+    state_bias(*bias, estimate);
   return estimate;
 }
 
@@ -265,7 +286,7 @@ std::optional<CrossCheck> cross_check_of(const TrialPointers& trials, const Opti
                                          Eigen::Index rows, Estimate& estimate, Examination& known) {
   const bool is_checked = options.model == Model::kLinear &&
                           (estimate.method == Method::kRefined || estimate.method == Method::kStateVariable);
-  if (!is_checked || !has_commands(trials)) return std::nullopt;
+  if (!is_checked || trials.size() < kFewestCrossChecked || !has_commands(trials)) return std::nullopt;
   return cross_check(refined_of(trials, options, known), state_variable_of(trials, rows, known));
 }
 
@@ -313,11 +334,9 @@ Result<Estimate> identify_one(std::span<const Trial> given, const Options& optio
     failure = identify_refined(refined_of(trials, options, *known), trials.size(), options, estimate);
   } else if (!failure) {
     failure = fit_published(trials, options, rows, estimate);
-    if (!failure && options.model == Model::kLinear && has_commands(trials)) {
-      if (const auto bias =
-              method_bias(trials, refined_of(trials, options, *known), options, estimate.natural_frequency))
-        carry_bias(*bias, estimate);
-    }
+    if (!failure && !is_record) carry_bias_of(trials, options, estimate, *known);
+    if (!failure && is_record && options.model == Model::kLinear)
+      hold_against_spectral(spectral_of(trials, *known), estimate);
   }
   Diagnosis diagnosis = known->diagnosis;
   // What a clipped force shows beside its clipping names a wrong cause.

@@ -5,6 +5,7 @@
 #include <utility>
 
 #include "analysis_service/impedance/fit_signals.hpp"
+#include "analysis_service/impedance/mean_motion.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/pooled_fit.hpp"
 #include "analysis_service/impedance/sized.hpp"
@@ -50,13 +51,14 @@ void widen_one(AxisMatrix Parameters::*matrix, const Parameters& by, Estimate& e
 
 }  // namespace
 
-ResampledCondition::ResampledCondition(std::span<const Trial* const> trials, const refined::Estimate& found)
-    : rest_(found.motion.rest), motion_(found.motion) {
+ResampledCondition::ResampledCondition(std::span<const Trial* const> trials, const Eigen::MatrixXd& theta,
+                                       refined::CommandMotion motion)
+    : rest_(motion.rest), motion_(std::move(motion)) {
   const Trial& first = *trials.front();
   form_.sample_period = first.sample_period;
   form_.handle_mass = first.handle_mass;
   form_.onset = rest_;
-  impedance_ = parameters_from(found.theta, first.axes());
+  impedance_ = parameters_from(theta, first.axes());
   impedance_.X0.resize(0);
   offset_ = AxisVector::Zero(first.axes());
   const Eigen::Index rows = motion_.of_axis.front().x.rows();
@@ -64,7 +66,8 @@ ResampledCondition::ResampledCondition(std::span<const Trial* const> trials, con
     const Trial& trial = *trials[j];
     const Beyond clean = predicted(j, impedance_);
     const Eigen::Index begin = trial.onset - rest_;
-    commanded_.push_back(trial.commanded.middleRows(begin, rows));
+    const bool has_command = trial.commanded.rows() == trial.samples();
+    commanded_.push_back(has_command ? Signals(trial.commanded.middleRows(begin, rows)) : Signals());
     beyond_.push_back({trial.displacement.middleRows(begin, rows) - clean.displacement,
                        trial.force.middleRows(begin, rows) - clean.force});
     offset_ += mean_of_rows(beyond_.back().force, 0, rest_) / static_cast<double>(trials.size());
@@ -108,10 +111,11 @@ std::optional<Parameters> method_bias(std::span<const Trial* const> trials, cons
                                       const Options& options, double natural_frequency) {
   const bool is_published = options.method != Method::kRefined && options.method != Method::kSpectral;
   if (!is_published || options.model != Model::kLinear) return std::nullopt;
-  if (found.shortage != refined::Shortage::kNone || found.motion.of_axis.empty() || found.motion.rest == 0)
-    return std::nullopt;
+  if (found.shortage != refined::Shortage::kNone) return std::nullopt;
   const auto used = trials.first(std::min(trials.size(), kBiasTrials));
-  const ResampledCondition condition(used, found);
+  refined::CommandMotion motion = mean_motion(trials, options.window);
+  if (motion.rest == 0) return std::nullopt;
+  const ResampledCondition condition(used, found.theta, std::move(motion));
   const int axes = trials.front()->axes();
   const auto fitted = [&](const std::vector<double>& signs, double of_all) {
     std::vector<Trial> made;
@@ -137,9 +141,9 @@ std::optional<Parameters> method_bias(std::span<const Trial* const> trials, cons
   return is_finite ? std::optional(bias) : std::nullopt;
 }
 
-Parameters without_bias(Parameters value, const Parameters& bias) {
-  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K}) value.*matrix -= bias.*matrix;
-  return value;
+void state_bias(const Parameters& bias, Estimate& estimate) {
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K})
+    uncertainty_of(estimate, matrix).known_bias = bias.*matrix;
 }
 
 void widen(const Parameters& change, Estimate& estimate) {
@@ -149,8 +153,7 @@ void widen(const Parameters& change, Estimate& estimate) {
 
 void carry_bias(const Parameters& bias, Estimate& estimate) {
   widen({-bias.M, -bias.B, -bias.K, {}}, estimate);
-  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K})
-    uncertainty_of(estimate, matrix).known_bias = bias.*matrix;
+  state_bias(bias, estimate);
 }
 
 }  // namespace tonus::impedance

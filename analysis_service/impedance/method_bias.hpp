@@ -14,7 +14,7 @@ namespace tonus::impedance {
 /// A condition as it might have been measured, of known M, B, K: for the bias of a method and for what a
 /// session's numbers are worth.
 ///
-/// Law: the motion that the command alone makes (refined::CommandMotion) and, computed exactly from it, the
+/// Law: the motion that the trials have in common (refined::CommandMotion) and, computed exactly from it, the
 /// force of the impedance `theta`; to both is added what a measured trial has beyond them, displacement and
 /// force together, times a sign. So sensor noise, encoder steps, the arm's own force and its way back into
 /// the motion through the compliant rig are those of the measured trials, at their own rate, and nothing of
@@ -23,7 +23,11 @@ class ResampledCondition {
  public:
   /// `found`: of these trials, with numbers; its M, B, K (less the handle's mass) say what a trial has
   /// beyond.
-  ResampledCondition(std::span<const Trial* const> trials, const refined::Estimate& found);
+  ResampledCondition(std::span<const Trial* const> trials, const refined::Estimate& found)
+      : ResampledCondition(trials, found.theta, found.motion) {}
+  /// The same with another motion.
+  ResampledCondition(std::span<const Trial* const> trials, const Eigen::MatrixXd& theta,
+                     refined::CommandMotion motion);
 
   [[nodiscard]] std::size_t size() const { return beyond_.size(); }
   /// M, B, K that the trials are made with unless others are given, X0 empty.
@@ -55,15 +59,17 @@ class ResampledCondition {
 
 /// Bias of a published method's M, B, K (model (3)) in this condition, simulated: fits of resampled
 /// conditions, each with signs drawn at random and again with the opposite signs, so that what is linear in
-/// the noise cancels. At most kBiasTrials trials, the first of the condition: a bias does not depend on their
-/// number. None where it cannot be simulated. Deterministic.
+/// the noise cancels. Their common motion is mean_motion(): that of a rig fitted to the commands errs by more
+/// than state_variable does where the rig follows its command's rate, and needs commands. At most kBiasTrials
+/// trials, the first of the condition: a bias does not depend on their number. None where it cannot be
+/// simulated. Deterministic.
 inline constexpr std::size_t kBiasTrials = 16;
 [[nodiscard]] std::optional<Parameters> method_bias(std::span<const Trial* const> trials,
                                                     const refined::Estimate& found, const Options& options,
                                                     double natural_frequency);
 
-/// M, B, K less the bias; X0 as it is.
-[[nodiscard]] Parameters without_bias(Parameters value, const Parameters& bias);
+/// States the bias beside the numbers; they stay as they are, as do the intervals.
+void state_bias(const Parameters& bias, Estimate& estimate);
 
 /// Widens each interval of M, B, K to hold itself and itself plus `change`; ellipses alike. The value stays.
 void widen(const Parameters& change, Estimate& estimate);

@@ -1,5 +1,7 @@
 #pragma once
 
+#include <cstddef>
+
 #include "analysis_service/impedance/identification.hpp"
 #include "analysis_service/refined/identification.hpp"
 
@@ -7,6 +9,9 @@ namespace tonus::impedance {
 
 /// What a condition's trials say against model (3), tested beside the fit of method refined
 /// (refined/alternatives.hpp), whichever method the estimate is by: the same trials bend every method.
+
+/// Trials from which on these tests are made and a bias is simulated: with fewer no estimate is ok.
+inline constexpr std::size_t kFewestTested = 5;
 
 /// Of a test that refuses: 1 % over the six of them.
 inline constexpr double kModelSignificance = 0.01 / 6.0;

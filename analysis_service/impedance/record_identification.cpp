@@ -5,6 +5,7 @@
 #include <cmath>
 #include <spdlog/fmt/fmt.h>
 
+#include "analysis_service/impedance/method_bias.hpp"
 #include "analysis_service/impedance/uncertainty.hpp"
 #include "analysis_service/impedance/verdict.hpp"
 #include "analysis_service/spectral/identification.hpp"
@@ -329,6 +330,25 @@ void identify_records(std::span<const Trial* const> trials, Model model, Estimat
     estimate.details.emplace(finding.reason, std::move(finding.detail));
   }
   conclude(estimate, failure, diagnosis);
+}
+
+void hold_against_spectral(const Estimate& spectral, Estimate& estimate) {
+  for (const Reason reason : spectral.reasons) {
+    estimate.reasons.push_back(reason);
+    const auto detail = spectral.details.find(reason);
+    if (detail != spectral.details.end()) estimate.details[reason] = "method spectral: " + detail->second;
+  }
+  if (spectral.status == Status::kUndetermined) return;
+  Parameters beyond = estimate.value;
+  for (const auto matrix : {&Parameters::M, &Parameters::B, &Parameters::K}) {
+    beyond.*matrix = estimate.value.*matrix - spectral.value.*matrix;
+    estimate.low.*matrix = (estimate.low.*matrix).cwiseMin(spectral.low.*matrix).eval();
+    estimate.high.*matrix = (estimate.high.*matrix).cwiseMax(spectral.high.*matrix).eval();
+    const auto& other = uncertainty_of(spectral, matrix).ellipse;
+    auto& ellipse = uncertainty_of(estimate, matrix).ellipse;
+    if (ellipse && other) ellipse = hull(*ellipse, *other);
+  }
+  state_bias(beyond, estimate);
 }
 
 }  // namespace tonus::impedance

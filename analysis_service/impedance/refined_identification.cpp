@@ -6,7 +6,6 @@
 #include <utility>
 
 #include "analysis_service/impedance/condition_response.hpp"
-#include "analysis_service/impedance/cross_check.hpp"
 #include "analysis_service/impedance/model_tests.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/uncertainty.hpp"
@@ -121,7 +120,7 @@ refined::Estimate find_refined(std::span<const Trial* const> trials, const Optio
 std::optional<refined::Estimate> tests_by_mean_motion(std::span<const Trial* const> trials,
                                                       const Options& options) {
   const bool is_testable =
-      options.model == Model::kLinear && trials.size() >= kFewestCrossChecked &&
+      options.model == Model::kLinear && trials.size() >= kFewestTested &&
       std::ranges::none_of(trials, [](const Trial* trial) { return trial->is_continuous; });
   if (!is_testable) return std::nullopt;
   const Eigen::MatrixXd means = means_over_window(

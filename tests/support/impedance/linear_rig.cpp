@@ -55,7 +55,16 @@ class Motion {
         inverse_mass_((arm.impedance.M + rig.mass * Eigen::Matrix2d::Identity()).inverse()) {}
 
   [[nodiscard]] Eigen::Vector2d commanded(double t) const {
-    return rig_.amplitude * std::clamp(t / std::max(rig_.rise, 1e-9), 0.0, 1.0) * toward_;
+    const double u = std::clamp(t / std::max(rig_.rise, 1e-9), 0.0, 1.0);
+    const double share = rig_.is_minimum_jerk ? u * u * u * (10.0 + u * (6.0 * u - 15.0)) : u;
+    return rig_.amplitude * share * toward_;
+  }
+
+  /// Rate of commanded(), of a straight command none.
+  [[nodiscard]] Eigen::Vector2d commanded_rate(double t) const {
+    if (!rig_.is_minimum_jerk) return Eigen::Vector2d::Zero();
+    const double u = std::clamp(t / rig_.rise, 0.0, 1.0);
+    return rig_.amplitude * 30.0 * u * u * (1.0 - u) * (1.0 - u) / rig_.rise * toward_;
   }
 
   /// Force of the arm's model but for its inertia. The rig holds the spring's pull at rest, so that X = 0
@@ -67,8 +76,9 @@ class Motion {
   }
 
   [[nodiscard]] Eigen::Vector2d acceleration(double t) const {
-    return inverse_mass_ * (rig_.stiffness * (commanded(t) - x) - rig_.damping * v -
-                            arm_.impedance.K * arm_.X0 - resistance(t));
+    return inverse_mass_ *
+           (rig_.stiffness * (commanded(t) - x) - rig_.damping * (v - rig_.rate_share * commanded_rate(t)) -
+            arm_.impedance.K * arm_.X0 - resistance(t));
   }
 
   [[nodiscard]] Eigen::Vector2d force(double t) const {
@@ -112,6 +122,21 @@ SimulatedRig rig_with_command() {
   SimulatedRig rig;
   rig.rise = 0.1;
   rig.is_command_recorded = true;
+  return rig;
+}
+
+SimulatedRig rig_that_follows_its_command() {
+  SimulatedRig rig;
+  rig.mass = 1.0;
+  rig.damping = 150.0;
+  rig.stiffness = 4000.0;
+  rig.rise = 0.15;
+  rig.is_minimum_jerk = true;
+  rig.rate_share = 1.0;
+  rig.is_command_recorded = true;
+  rig.encoder_counts = 1e6;  // steps of 2 um
+  rig.force_noise = 0.01;
+  rig.force_resolution = 0.001;
   return rig;
 }
 

@@ -30,6 +30,8 @@ struct SimulatedRig {
   double amplitude = 0.005;          ///< m.
   double rise = 0.02;                ///< s of a straight ramp of the command.
   bool is_command_recorded = false;  ///< Prepared trials hold the command.
+  bool is_minimum_jerk = false;      ///< The command rises as a fifth-order polynomial, not straight.
+  double rate_share = 0.0;  ///< Of the command's rate, that the damper acts from: 1 follows it, 0 resists it.
   double sample_period = 0.005;
   double rest = 0.5;                          ///< s before the onset.
   double duration = 1.5;                      ///< s from the onset.
@@ -42,6 +44,9 @@ struct SimulatedRig {
 
 /// A gentler ramp, whose command is recorded.
 [[nodiscard]] SimulatedRig rig_with_command();
+
+/// A light, stiff rig whose controller follows the command's rate as well, and low noise.
+[[nodiscard]] SimulatedRig rig_that_follows_its_command();
 
 /// Without any sensor error: what remains is the method's own error.
 [[nodiscard]] SimulatedRig ideal_rig();

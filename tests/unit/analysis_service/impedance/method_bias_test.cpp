@@ -8,6 +8,7 @@
 #include "analysis_service/impedance/cross_check.hpp"
 #include "analysis_service/impedance/parameters.hpp"
 #include "analysis_service/impedance/refined_identification.hpp"
+#include "analysis_service/statistics/distributions.hpp"
 #include "tests/support/impedance/linear_rig.hpp"
 
 namespace tonus::impedance::test {
@@ -20,19 +21,49 @@ Options by(Method method) {
   return options;
 }
 
-TEST(MethodBias, OfLowPassDifferencesIsWhatTheyErrOverManyConditions) {
+/// Mean error of the mass of `method` and mean stated bias, over many conditions.
+struct MassBias {
+  Eigen::Matrix2d error = Eigen::Matrix2d::Zero();
+  Eigen::Matrix2d stated = Eigen::Matrix2d::Zero();
+};
+
+MassBias mass_bias_of(Method method, const SimulatedRig& rig) {
   const SimulatedArm arm = typical_subject();
   constexpr int kConditions = 40;
-  Eigen::Matrix2d error = Eigen::Matrix2d::Zero();
-  Eigen::Matrix2d stated = error;
+  MassBias mean;
   for (int seed = 1; seed <= kConditions; ++seed) {
-    const auto trials = simulate(arm, rig_with_command(), directions(), static_cast<std::uint64_t>(seed));
-    const Estimate found = identify(trials, by(Method::kLowpass)).value();
-    ASSERT_EQ(found.uncertainty.M.known_bias.rows(), 2);
-    error += (Eigen::Matrix2d(found.value.M) - arm.impedance.M) / kConditions;
-    stated += Eigen::Matrix2d(found.uncertainty.M.known_bias) / kConditions;
+    const auto trials = simulate(arm, rig, directions(), static_cast<std::uint64_t>(seed));
+    const Estimate found = identify(trials, by(method)).value();
+    EXPECT_EQ(found.uncertainty.M.known_bias.rows(), 2);
+    if (found.uncertainty.M.known_bias.rows() != 2) break;
+    mean.error += (Eigen::Matrix2d(found.value.M) - arm.impedance.M) / kConditions;
+    mean.stated += Eigen::Matrix2d(found.uncertainty.M.known_bias) / kConditions;
   }
-  const double largest = arm.impedance.M.cwiseAbs().maxCoeff();
+  return mean;
+}
+
+TEST(MethodBias, OfLowPassDifferencesIsStatedWithoutCommandsByTheMotionThatTrialsHaveInCommon) {
+  for (const double rise : {0.02, 0.1}) {
+    SimulatedRig rig = rig_with_command();
+    rig.is_command_recorded = false;
+    rig.rise = rise;
+    const auto [error, stated] = mass_bias_of(Method::kLowpass, rig);
+    EXPECT_GT(error.cwiseAbs().maxCoeff(), 0.03 * typical_subject().impedance.M.cwiseAbs().maxCoeff());
+    EXPECT_LT((error - stated).cwiseAbs().maxCoeff(), 0.15 * error.cwiseAbs().maxCoeff()) << rise;
+  }
+}
+
+TEST(MethodBias, OfTheFourierSeriesIsStatedAfterAFastRiseOfARigThatFollowsItsCommand) {
+  SimulatedRig rig = rig_that_follows_its_command();
+  rig.rise = 0.04;
+  const auto [error, stated] = mass_bias_of(Method::kOptimal, rig);
+  EXPECT_GT(error.cwiseAbs().maxCoeff(), 0.01 * typical_subject().impedance.M.cwiseAbs().maxCoeff());
+  EXPECT_LT((error - stated).cwiseAbs().maxCoeff(), 0.15 * error.cwiseAbs().maxCoeff());
+}
+
+TEST(MethodBias, OfLowPassDifferencesIsWhatTheyErrOverManyConditions) {
+  const auto [error, stated] = mass_bias_of(Method::kLowpass, rig_with_command());
+  const double largest = typical_subject().impedance.M.cwiseAbs().maxCoeff();
   EXPECT_GT(error.cwiseAbs().maxCoeff(), 0.03 * largest);  // there is a bias to find
   EXPECT_LT((error - stated).cwiseAbs().maxCoeff(), 0.15 * error.cwiseAbs().maxCoeff());
 }
@@ -42,12 +73,15 @@ TEST(MethodBias, WidensIntervalsAndLeavesTheValue) {
   const Estimate with = identify(trials, by(Method::kLowpass)).value();
   for (Trial& trial : trials) trial.commanded.resize(0, 0);
   const Estimate without = identify(trials, by(Method::kLowpass)).value();
-  EXPECT_EQ(without.uncertainty.M.known_bias.size(), 0);
   EXPECT_EQ(flatten(with.value), flatten(without.value));
-  EXPECT_TRUE((flatten(with.low).array() <= flatten(without.low).array()).all());
-  EXPECT_TRUE((flatten(with.high).array() >= flatten(without.high).array()).all());
-  const AxisMatrix& bias = with.uncertainty.M.known_bias;
-  EXPECT_NEAR(with.high.M(0, 0) - without.high.M(0, 0), std::max(0.0, -bias(0, 0)), 1e-12);
+  const Eigen::VectorXd half = statistics::student_t_factor(0.95, 15.0) * flatten(with.std);
+  for (const Estimate* found : {&with, &without}) {
+    EXPECT_TRUE((flatten(found->low).array() <= (flatten(with.value) - half).array() + 1e-9).all());
+    EXPECT_TRUE((flatten(found->high).array() >= (flatten(with.value) + half).array() - 1e-9).all());
+    const AxisMatrix& bias = found->uncertainty.M.known_bias;
+    ASSERT_EQ(bias.size(), 4);
+    EXPECT_NEAR(found->high.M(0, 0) - found->value.M(0, 0) - half[0], std::max(0.0, -bias(0, 0)), 1e-12);
+  }
 }
 
 TEST(MethodBias, DoesNotDependOnTheOrderOfTheTrials) {
@@ -87,17 +121,49 @@ TEST(CrossCheck, PassesOnSoundDataAndStandsWithBothMethods) {
   EXPECT_EQ(value_of(Method::kRefined), value_of(Method::kStateVariable));
 }
 
+TEST(CrossCheck, PassesOnARigThatFollowsItsCommandFast) {
+  for (std::uint64_t seed = 1; seed <= 6; ++seed) {
+    const auto trials = simulate(typical_subject(), rig_that_follows_its_command(), directions(), seed);
+    const Estimate found = identify(trials, by(Method::kStateVariable)).value();
+    const auto check = std::ranges::find(found.checks, FitTest::kCrossCheck, &FitCheck::test);
+    ASSERT_NE(check, found.checks.end());
+    EXPECT_TRUE(check->is_passed) << seed << ": " << check->value;
+  }
+}
+
 TEST(CrossCheck, PassesMethodsThatAgreeToFourDigitsInDataWithoutNoise) {
   SimulatedRig rig = rig_with_command();
   rig.encoder_counts = rig.force_noise = rig.force_resolution = 0.0;
   const auto trials = simulate(typical_subject(), rig, directions(), 3);
   std::vector<const Trial*> pointers;
+  pointers.reserve(trials.size());
   for (const Trial& trial : trials) pointers.push_back(&trial);
   const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
   Estimate other = identify(trials, by(Method::kRefined)).value();
   other.low = other.high = other.value;  // an interval without width
   other.value.K(0, 0) += 0.5 * kSameNumber * other.value.K.cwiseAbs().maxCoeff();
   EXPECT_TRUE(cross_check(refined, other)->is_passed());
+}
+
+TEST(CrossCheck, ComparesTheNearestOfWhatTheIntervalsHoldForAKnownBias) {
+  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
+  std::vector<const Trial*> pointers;
+  for (const Trial& trial : trials) pointers.push_back(&trial);
+  const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
+  Estimate other = identify(trials, by(Method::kRefined)).value();
+  const double half = 0.5 * (other.high.K(1, 0) - other.low.K(1, 0));
+  Parameters bias = other.value;
+  for (AxisMatrix* matrix : {&bias.M, &bias.B, &bias.K}) matrix->setZero();
+  other.value.K(1, 0) += 3.0 * half;
+  const double without = cross_check(refined, other)->value;
+  const auto with_bias = [&](double half_widths) {
+    bias.K(1, 0) = half_widths * half;
+    state_bias(bias, other);
+    return cross_check(refined, other)->value;
+  };
+  EXPECT_NEAR(with_bias(1.0), without * 2.0 / 3.0, 1e-9);
+  EXPECT_LT(with_bias(4.0), 1e-9);              // in between
+  EXPECT_NEAR(with_bias(-1.0), without, 1e-9);  // farther
 }
 
 TEST(CrossCheck, SaysWhichElementDiffersAndByHowMuch) {

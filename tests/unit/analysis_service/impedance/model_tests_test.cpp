@@ -53,6 +53,58 @@ TEST(ModelTests, EveryMethodNamesAHardeningSpringWithAndWithoutCommands) {
   }
 }
 
+/// Five to seven trials of a quiet rig.
+std::vector<Trial> few_trials(bool is_command_recorded, std::size_t count, std::uint64_t seed) {
+  SimulatedRig rig = rig_that_follows_its_command();
+  rig.is_command_recorded = is_command_recorded;
+  auto trials = simulate(typical_subject(), rig, directions(), seed);
+  trials.resize(count);
+  return trials;
+}
+
+TEST(ModelTests, EveryMethodNamesAHardeningSpringFromFiveTrialsOn) {
+  for (const bool is_command_recorded : {true, false}) {
+    for (const std::size_t count : {5U, 6U, 7U}) {
+      auto trials = few_trials(is_command_recorded, count, 11);
+      harden(trials, 0.1);
+      for (const Method method : kMethods) {
+        EXPECT_TRUE(has(identify(trials, by(method)).value(), Reason::kHardening))
+            << name_of(method) << " " << is_command_recorded << " " << count;
+      }
+    }
+  }
+}
+
+TEST(ModelTests, EveryMethodNamesCoulombFrictionFromFiveTrialsOn) {
+  for (const bool is_command_recorded : {true, false}) {
+    auto trials = few_trials(is_command_recorded, 5, 12);
+    for (Trial& trial : trials) {
+      const Signals x = trial.displacement;
+      for (Eigen::Index k = trial.onset; k + 1 < trial.samples(); ++k) {
+        const Eigen::Vector2d v = (x.row(k + 1) - x.row(k - 1)).transpose() / (2.0 * trial.sample_period);
+        trial.force.row(k) += (0.3 / (v.norm() + 2e-3) * v).transpose();
+      }
+    }
+    for (const Method method : kMethods) {
+      EXPECT_TRUE(has(identify(trials, by(method)).value(), Reason::kFriction))
+          << name_of(method) << " " << is_command_recorded;
+    }
+  }
+}
+
+TEST(ModelTests, LeaveFiveTrialsOfALinearArmOkWithAndWithoutCommands) {
+  int refused = 0;
+  for (const bool is_command_recorded : {true, false}) {
+    for (const std::uint64_t seed : {31U, 32U, 33U, 34U, 35U, 36U}) {
+      auto trials = measured(is_command_recorded, seed);
+      trials.resize(5);
+      for (const auto& some : {trials, few_trials(is_command_recorded, 5, seed)})
+        refused += identify(some, by(Method::kStateVariable)).value().status == Status::kOk ? 0 : 1;
+    }
+  }
+  EXPECT_LE(refused, 1);
+}
+
 TEST(ModelTests, LeaveALinearArmOkByEveryMethodWithAndWithoutCommands) {
   int refused = 0;
   for (const bool is_command_recorded : {true, false}) {

@@ -49,6 +49,36 @@ TEST(ContinuousRecord, IsIdentifiedInTheFrequencyDomainUnlessAnotherMethodIsAske
   EXPECT_EQ(identify(trials, options).value().method, Method::kStateVariable);
 }
 
+TEST(ContinuousRecord, ByAPublishedMethodIsRightWithinItsIntervalOrRefused) {
+  for (const char* kind : {"resonance_0.11", "resonance_0.01", "two_axes"}) {
+    const auto truth = drawn(kind);
+    const auto trials = trials_of(truth);
+    for (const Method method : kMethods) {
+      Options options;
+      options.record_method = method;
+      const Estimate e = identify(trials, options).value();
+      ASSERT_NE(e.status, Status::kUndetermined) << kind << " " << name_of(method);
+      EXPECT_EQ(e.uncertainty.M.known_bias.rows(), e.axes);
+      if (e.status != Status::kOk) continue;
+      const AxisMatrix margin = 0.5 * (e.high.M - e.low.M);
+      EXPECT_TRUE((e.low.M - margin).cwiseMax(truth.M) == truth.M) << kind << " " << name_of(method);
+      EXPECT_TRUE((e.high.M + margin).cwiseMin(truth.M) == truth.M) << kind << " " << name_of(method);
+    }
+  }
+}
+
+TEST(ContinuousRecord, ByAPublishedMethodIsHeldAgainstTheSpectralOne) {
+  const auto trials = trials_of(drawn("friction"));
+  for (const Method method : kMethods) {
+    Options options;
+    options.record_method = method;
+    const Estimate e = identify(trials, options).value();
+    EXPECT_EQ(e.status, Status::kSuspect) << name_of(method);
+    ASSERT_TRUE(has(e, Reason::kFriction)) << name_of(method);
+    EXPECT_TRUE(e.details.at(Reason::kFriction).starts_with("method spectral: "));
+  }
+}
+
 TEST(ContinuousRecord, OfAForceWithTheOppositeSignSaysSoAndNamesTheOption) {
   auto trials = trials_of(drawn("resonance_0.05"));
   trials[0].force *= -1.0;
