@@ -111,6 +111,7 @@ Record take_record(Cdr& cdr, std::uint32_t type) {
 
 std::vector<protocol::Look> looks_of(const std::vector<record::Looked>& records) {
   std::vector<protocol::Look> looks;
+  looks.reserve(records.size());
   for (const record::Looked& r : records)
     looks.push_back({r.trials, r.stiffness, r.mass, r.damping, r.is_ok, r.is_linear});
   return looks;

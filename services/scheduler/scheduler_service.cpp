@@ -142,7 +142,7 @@ Result<void> SchedulerService::take_all() {
 }
 
 std::string SchedulerService::missing_services() {
-  if (const std::string doubled = health_.other(); !doubled.empty()) return doubled;
+  if (std::string doubled = health_.other(); !doubled.empty()) return doubled;
   auto missing = roster_.missing({v1::ROLE_RIG, v1::ROLE_IDENTIFICATION, v1::ROLE_ARCHIVE});
   if (!is_plan_new_) return missing;
   // The archive says whether it has room in its first report after the plan; one that refuses, in a later

@@ -16,7 +16,10 @@ constexpr double kUnknown = std::numeric_limits<double>::quiet_NaN();
 // In a state: not finite, and equal to itself, so that a state that has not changed is not sent again.
 constexpr double kNone = std::numeric_limits<double>::infinity();
 
-double known(double value) { return std::isfinite(value) ? value : kNone; }
+double known(double value) {
+  if (std::isfinite(value)) return value;
+  return kNone;
+}
 
 /// Of the condition's trials, how many an estimate leaves out; none: it has others too, or not the newest, so
 /// that it is of another time or condition. Of an unbiased set there may be no estimate but that of all such

@@ -83,6 +83,7 @@ Result<std::vector<MessageDigest>> MemoryStore::newest_messages() {
                                             message.payload->size()};
   }
   std::vector<MessageDigest> all;
+  all.reserve(newest.size());
   for (const auto& [key, digest] : newest) all.push_back(digest);
   return all;
 }

@@ -52,7 +52,7 @@ std::string text(const std::string& value) { return masked(value, TextKind::kFil
 
 }  // namespace sql
 
-PostgresLink::PostgresLink(std::string url, PostgresStore::Access access)
+PostgresLink::PostgresLink(const std::string& url, PostgresStore::Access access)
     : url_(with_defaults(url)), name_(without_passwords(url)), access_(access) {}
 
 Error PostgresLink::error(ErrorCode code, const std::string& text) const {
@@ -69,7 +69,7 @@ Result<void> PostgresLink::guard(const std::function<Result<void>()>& work) {
     connection_.reset();
     return error(ErrorCode::kIo, "its server was lost while it committed");
   } catch (const pqxx::sql_error& refused) {
-    const std::string state = refused.sqlstate();
+    const std::string& state = refused.sqlstate();
     const bool is_damaged = state == "XX001" || state == "XX002";
     const std::string text = first_line(refused.what());
     // After a shutdown or a crash of the server the connection is of no use, whatever it says of itself.

@@ -13,7 +13,7 @@ namespace tonus::store {
 /// The connection of a PostgresStore, made anew where it was lost, and the translation of its exceptions.
 class PostgresLink {
  public:
-  PostgresLink(std::string url, PostgresStore::Access access);
+  PostgresLink(const std::string& url, PostgresStore::Access access);
 
   /// Connects where there is no connection, and prepares it: the schema, its version, the right to be the
   /// only one that writes. Errors as PostgresStore::open().

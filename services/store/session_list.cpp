@@ -91,6 +91,7 @@ std::vector<KnownSubject> subjects_of(const std::vector<SessionSummary>& session
     subject.last = session.record;
   }
   std::vector<KnownSubject> list;
+  list.reserve(subjects.size());
   for (auto& [name, subject] : subjects) list.push_back(std::move(subject));
   return list;
 }
@@ -122,6 +123,7 @@ std::vector<StudySubjectProgress> progress_of(const std::vector<SessionSummary>&
     subject.sessions.push_back(study_session_of(session));
   }
   std::vector<StudySubjectProgress> list;
+  list.reserve(subjects.size());
   for (auto& [name, subject] : subjects) list.push_back(std::move(subject));
   return list;
 }

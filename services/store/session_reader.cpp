@@ -297,6 +297,7 @@ std::vector<v1::Estimate> newest_estimates(const Session& session) {
   std::map<Id, const v1::Estimate*> newest;
   for (const auto& estimate : session.estimates) newest[estimate.value.estimate_id()] = &estimate.value;
   std::vector<v1::Estimate> all;
+  all.reserve(newest.size());
   for (const auto& [id, estimate] : newest) all.push_back(*estimate);
   sort_by_condition(all);
   return all;

@@ -55,7 +55,7 @@ Result<void> SqliteStore::copy_to(const std::string& target,
     auto done = pages ? copy_pages(copy, progress) : Result<void>(pages.error());
     const auto ended = database_.run("COMMIT");
     if (!done) return done;
-    TONUS_TRY(ended);
+    if (!ended) return ended.error();
     TONUS_TRY(check_resting());
     return bring_to_rest(copy);
   });

@@ -133,11 +133,10 @@ Result<void> apply(Database& database, const Migration& migration, std::uint64_t
   const std::string note = fmt::format("INSERT INTO schema_migrations VALUES ({}, '{}', {})",
                                        migration.version, migration.name, utc_ns);
   const std::string mark = fmt::format("PRAGMA application_id = {}", kApplicationId);
-  const char* const steps[] = {
-      mark.c_str(),
+  constexpr const char* kMakeMigrations =
       "CREATE TABLE IF NOT EXISTS schema_migrations "
-      "(version INTEGER PRIMARY KEY, name TEXT NOT NULL, applied_ns INTEGER NOT NULL)",
-      migration.sql, note.c_str(), "COMMIT"};
+      "(version INTEGER PRIMARY KEY, name TEXT NOT NULL, applied_ns INTEGER NOT NULL)";
+  const char* const steps[] = {mark.c_str(), kMakeMigrations, migration.sql, note.c_str(), "COMMIT"};
   for (const char* step : steps) {
     if (auto done = database.run(step); !done) {
       if (database.is_in_transaction()) static_cast<void>(database.run("ROLLBACK"));

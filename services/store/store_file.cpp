@@ -64,7 +64,7 @@ Result<void> make_store_file(const std::string& target,
   }
   const std::string partial = target + ".partial";
   remove_with_logs(partial);  // of a run that was killed
-  const auto made = make(partial);
+  auto made = make(partial);
   if (made) return rename_durably(partial, target);
   remove_with_logs(partial);
   return made;

@@ -37,7 +37,7 @@ std::string parsable(const std::string& toml) {
       for (std::size_t comma = value.find(','); comma != std::string::npos;
            comma = value.find(',', comma + 3))
         value.replace(comma, 1, "\",\"");
-      value = "[\"" + value + "\"]";
+      value.insert(0, "[\"").append("\"]");
     }
     text += line.substr(0, equals + 1) + value + "\n";
   }
