@@ -23,7 +23,7 @@ def trials_of(recording):
     for event in recording.events.itertuples():
         onset = round(event.onset_s * recording.rate)
         first = max(0, onset - round(recording.rate))
-        end = onset + round(event.duration_s * recording.rate)
+        end = onset + round(event.duration_s * recording.rate) + 1  # as identify() takes them: to the event's end
         rows = slice(first, end)
         trials.append((recording.force[rows], recording.position[rows], recording.commanded[rows], onset - first))
     return trials
