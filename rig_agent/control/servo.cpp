@@ -24,6 +24,7 @@ Servo::Servo(const TwoLink& links, const ManipulandumModel& model, const ServoGa
       trim_decay_(std::exp(-period / kTrimDecayTime)),
       unexplained_filter_(1.0 - std::exp(-kUnexplainedFilter * period)),
       rest_cycles_needed_(static_cast<unsigned>(kRestTime / period)),
+      damping_watch_(gains.observer_frequency, period),
       kinematics_(links, Eigen::Vector2d::Zero()) {}
 
 const HandleEstimate& Servo::observe(const Eigen::Vector2d& joint_angles,
@@ -60,6 +61,7 @@ Eigen::Matrix2d Servo::predicted_torques() const noexcept {
 Eigen::Vector2d Servo::torque(const Reference& reference) noexcept {
   is_released_ = false;
   rest_cycles_ = 0;
+  damping_watch_.begin();
   correct_force(reference);
 
   const bool rings = reference.mode == ServoMode::kRing;
@@ -94,6 +96,8 @@ Eigen::Vector2d Servo::safe_torque(double damping, double limit) noexcept {
   rest_cycles_ = is_resting ? rest_cycles_ + 1 : 0;
   if (rest_cycles_ >= rest_cycles_needed_) is_released_ = true;
   if (is_released_ || !rates_.allFinite()) return Eigen::Vector2d::Zero();
+  const Eigen::Matrix2d mass_matrix = model_.inertia.mass_matrix(kinematics_.cos_q2);
+  if (!damping_watch_.takes_energy(mass_matrix, rates_, load())) return Eigen::Vector2d::Zero();
   return (-damping * rates_).cwiseMin(limit).cwiseMax(-limit);
 }
 
@@ -101,6 +105,7 @@ void Servo::restart() noexcept {
   is_started_ = false;
   is_released_ = false;
   rest_cycles_ = 0;
+  damping_watch_.restart();
   estimate_.velocity.setZero();
   rates_.setZero();
   trim_.setZero();

@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cstdint>
 
+#include "rig_agent/control/damping_watch.hpp"
 #include "rig_agent/control/servo_gains.hpp"
 #include "services/mechanics/two_link_dynamics.hpp"
 
@@ -70,8 +71,9 @@ class Servo {
   /// Joint torques, N m, for the reference and the last observation.
   [[nodiscard]] Eigen::Vector2d torque(const Reference& reference) noexcept;
 
-  /// Torque of the safe state: -damping q', each joint at most `limit`, until the joints are at rest; then
-  /// zero. Rest is only found in cycles that were observed: restart() begins its 0.1 s anew.
+  /// Torque of the safe state: -damping q', each joint at most `limit`, until the joints are at rest, or
+  /// until it was found to drive what it is to damp (DampingWatch); then zero until torque() is called again.
+  /// Rest is only found in cycles that were observed: restart() begins its 0.1 s anew.
   [[nodiscard]] Eigen::Vector2d safe_torque(double damping, double limit) noexcept;
 
   /// Forgets the observer's state: the next observation starts it anew.
@@ -115,6 +117,7 @@ class Servo {
   bool is_started_ = false;
   bool is_released_ = false;
   unsigned rest_cycles_ = 0;
+  DampingWatch damping_watch_;
   TwoLinkState kinematics_;
   Eigen::Vector2d rates_ = Eigen::Vector2d::Zero();         // Joint rates, rad/s.
   Eigen::Vector2d given_ = Eigen::Vector2d::Zero();         // By torque(), N m.

@@ -76,6 +76,21 @@ class Bench {
     start();
   }
 
+  void stop() { loop_->emergency_stop(); }
+
+  /// Of the handle as the plant has it: m/s, J, and the power of the torque on it, W.
+  [[nodiscard]] double speed() const {
+    const auto& state = driver_->plant().state();
+    return (profile_.manipulandum.links.jacobian(state.q) * state.q_rate).norm();
+  }
+  [[nodiscard]] double kinetic_energy() const {
+    const auto& state = driver_->plant().state();
+    return 0.5 * state.q_rate.dot(
+                     simulation::loop_config(profile_).model.inertia.mass_matrix(std::cos(state.q[1])) *
+                     state.q_rate);
+  }
+  [[nodiscard]] double power() const { return driver_->torque().dot(driver_->plant().state().q_rate); }
+
   [[nodiscard]] control::LoopState state() const { return loop_->state(); }
   [[nodiscard]] FaultyDriver& driver() { return *driver_; }
   [[nodiscard]] const control::SafetyLimits& limits() const { return limits_; }
@@ -232,6 +247,44 @@ control::FaultBits run_healthy_case(std::uint64_t seed, const Hardness& hardness
     if (bench.state().faults != 0) break;
   }
   return bench.state().faults;
+}
+
+namespace {
+
+constexpr int kCyclesStopped = 2000;
+
+void watch_stop(Bench& bench, StopCase& seen) {
+  seen.energy_at_stop = bench.kinetic_energy();
+  seen.way_beyond = bench.way_beyond();
+  double given = 0.0;
+  for (int cycle = 0; cycle < kCyclesStopped; ++cycle) {
+    bench.step();
+    const bool has_torque = !bench.driver().torque().isZero(0.0);
+    if (has_torque) seen.cycles_under_torque = cycle + 1;
+    if (!has_torque && seen.cycles_under_torque == cycle) seen.speed_when_dropped = bench.speed();
+    given += 0.001 * bench.power();
+    seen.energy_put_in = std::max(seen.energy_put_in, given);
+    seen.way_beyond = std::max(seen.way_beyond, bench.way_beyond());
+  }
+  seen.energy_taken = -given;
+}
+
+}  // namespace
+
+StopCase run_stop_case(std::uint64_t seed, std::optional<DeviceFault> fault, const Hardness& hardness) {
+  for (std::uint64_t draw = 0; draw < 100; ++draw) {
+    Bench bench(seed + 1'000'003 * draw, hardness);
+    const auto axis = static_cast<std::size_t>(bench.integer(0, 1));
+    if (!go_to(bench, kPhases[bench.integer(0, 5)])) continue;
+    if (fault) bench.driver().begin(*fault, axis, 1.0);
+    for (int i = bench.integer(0, 400); i > 0 && bench.state().faults == 0; --i) bench.step();
+    if (bench.state().faults != 0) continue;
+    StopCase seen;
+    bench.stop();
+    watch_stop(bench, seen);
+    return seen;
+  }
+  throw std::runtime_error("no trial lasts until its stop");
 }
 
 }  // namespace tonus::testing

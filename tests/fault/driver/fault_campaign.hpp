@@ -1,6 +1,7 @@
 #pragma once
 
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
@@ -38,5 +39,20 @@ struct Hardness {
 
 /// Trials without any fault, drawn likewise; what the loop found all the same: 0 is right.
 [[nodiscard]] control::FaultBits run_healthy_case(std::uint64_t seed, const Hardness& hardness = {});
+
+/// What the safe state's torque did to a handle that was stopped by hand while it moved, as the plant knows
+/// it.
+struct StopCase {
+  double energy_at_stop = 0.0;      ///< J, of the handle's motion.
+  double energy_put_in = 0.0;       ///< J, the most that the torque had given since the stop at any instant.
+  double energy_taken = 0.0;        ///< J, by the torque in the end.
+  double way_beyond = 0.0;          ///< m beyond the workspace; negative: within.
+  double speed_when_dropped = 0.0;  ///< m/s of the handle in the first cycle without torque; 0: never.
+  int cycles_under_torque = 0;
+};
+
+/// An emergency stop at a random instant of a trial, up to 0.4 s after `fault` began; none: a sound rig.
+[[nodiscard]] StopCase run_stop_case(std::uint64_t seed, std::optional<DeviceFault> fault,
+                                     const Hardness& hardness = {});
 
 }  // namespace tonus::testing

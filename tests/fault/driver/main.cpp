@@ -4,6 +4,8 @@
 #include <algorithm>
 #include <cstdio>
 #include <map>
+#include <numeric>
+#include <optional>
 #include <set>
 #include <vector>
 
@@ -36,6 +38,42 @@ void print(DeviceFault fault, const Row& row) {
               row.under_torque, names.c_str());
 }
 
+// Sorted, the value at a share of the way.
+double at(std::vector<double> values, double share) {
+  std::sort(values.begin(), values.end());
+  return values[static_cast<std::size_t>(share * static_cast<double>(values.size() - 1))];
+}
+
+void print_stops(int cases, std::uint64_t seed, std::optional<DeviceFault> fault, const Hardness& hardness,
+                 bool is_verbose) {
+  if (cases <= 0) return;
+  int outside = 0;
+  int dropped = 0;
+  std::vector<double> put_in;
+  std::vector<double> taken;
+  std::vector<double> way;
+  for (int i = 0; i < cases; ++i) {
+    const StopCase seen = run_stop_case(seed + static_cast<std::uint64_t>(i), fault, hardness);
+    put_in.push_back(seen.energy_put_in);
+    taken.push_back(seen.energy_taken);
+    way.push_back(1000.0 * seen.way_beyond);
+    outside += seen.way_beyond > 0.0 ? 1 : 0;
+    dropped += seen.speed_when_dropped > 0.02 ? 1 : 0;
+    if (is_verbose)
+      std::printf(
+          "stop seed %lu: %.4f J at the stop, put in %.4f J, taken %.4f J, %+.1f mm, dropped at %.3f m/s "
+          "after %d ms\n",
+          seed + static_cast<std::uint64_t>(i), seen.energy_at_stop, seen.energy_put_in, seen.energy_taken,
+          1000.0 * seen.way_beyond, seen.speed_when_dropped, seen.cycles_under_torque);
+  }
+  std::printf(
+      "%d stops, %s: torque dropped above 2 cm/s %d; put in, mJ: 95 %% %.1f, worst %.1f; taken, mJ: mean "
+      "%.2f; "
+      "outside the workspace %d, worst %+.1f mm\n",
+      cases, fault ? name_of(*fault) : "sound", dropped, 1000.0 * at(put_in, 0.95), 1000.0 * at(put_in, 1.0),
+      1000.0 * std::accumulate(taken.begin(), taken.end(), 0.0) / cases, outside, at(way, 1.0));
+}
+
 }  // namespace
 }  // namespace tonus::testing
 
@@ -58,6 +96,9 @@ int main(int argc, char** argv) {
       "--other-rig", hardness.is_rig_other,
       "motors, friction and arm are sound, and far from what the law expects (for trials without a fault)");
   app.add_option("--seed", seed, "of the first one")->capture_default_str();
+  int stops = 0;
+  app.add_option("--stops", stops, "emergency stops, of a sound rig and of one with a reversed encoder")
+      ->capture_default_str();
   app.add_flag("--verbose", is_verbose, "a line for each case");
   CLI11_PARSE(app, argc, argv);
 
@@ -103,6 +144,8 @@ int main(int argc, char** argv) {
       "force / limit | driven after, cycles | named |\n|---|---|---|---|---|---|---|---|---|\n");
   for (const auto& [fault, row] : rows) print(fault, row);
   for (const auto& [name, count] : names) std::printf("healthy, stopped: %s: %d\n", name.c_str(), count);
+  print_stops(stops, seed, std::nullopt, hardness, is_verbose);
+  print_stops(stops, seed, DeviceFault::kEncoderReversed, hardness, is_verbose);
   std::printf("%d cases, %d bad; %d healthy trials, %d false alarms\n", cases, bad, healthy_cases,
               false_alarms);
   return bad == 0 && false_alarms == 0 ? 0 : 1;
