@@ -142,7 +142,7 @@ struct Recording {
   /// Reference contractions: the handle was held still while the subject contracted, and nobody was pushed.
   /// Events by onset without direction, amplitude and bias.
   std::vector<PerturbationEvent> contractions;
-  std::vector<NoteEvent> notes;           ///< By onset. Written, not read.
+  std::vector<NoteEvent> notes;  ///< By onset. Written, not read.
 };
 
 /// The constants of a rig whose channels are already displacement and force: unit scales, no end stop.
