@@ -226,7 +226,8 @@ class Verifier {
     }
     for (const auto& estimate : again.estimates) {
       if (!by_id.contains(estimate.estimate_id())) continue;
-      found_.estimates.push_back({estimate, Outcome::kNotPublished, {}, "was not published"});
+      EstimateCheck check{estimate, Outcome::kNotPublished, {}, "was not published"};
+      found_.estimates.push_back(std::move(check));
       const bool must_be_there = session.state && session.state->phase() == v1::SESSION_COMPLETED;
       if (must_be_there)
         problem(fmt::format("{}, {}: was not published", condition_text(estimate), estimate.method()));
