@@ -7,8 +7,8 @@ namespace tonus::control {
 
 DampingWatch::DampingWatch(double observer_frequency, double period) noexcept
     : period_(period),
-      observer_share_(1.0 - std::exp(-observer_frequency * period)),
-      settling_cycles_(static_cast<int>(std::lround(kSettling / period))) {}
+      settling_cycles_(static_cast<int>(std::lround(kSettling / period))),
+      load_(observer_frequency, period) {}
 
 void DampingWatch::begin() noexcept {
   has_driven_ = false;
@@ -17,8 +17,7 @@ void DampingWatch::begin() noexcept {
 
 void DampingWatch::restart() noexcept {
   cycles_ = 0;
-  once_.setZero();
-  twice_.setZero();
+  load_.start(Eigen::Vector2d::Zero());
   given_ = 0.0;
   largest_ = 0.0;
   lowest_ = 0.0;
@@ -27,9 +26,7 @@ void DampingWatch::restart() noexcept {
 bool DampingWatch::takes_energy(const Eigen::Matrix2d& mass_matrix, const Eigen::Vector2d& rates,
                                 const Eigen::Vector2d& load) noexcept {
   if (has_driven_) return false;
-  once_ += observer_share_ * (load - once_);
-  twice_ += observer_share_ * (once_ - twice_);
-  given_ += period_ * rates.dot(twice_);
+  given_ += period_ * rates.dot(load_.pass(load));
   const double kinetic = 0.5 * rates.dot(mass_matrix * rates);
   const double balance = kinetic + given_;
   if (cycles_ < settling_cycles_) {

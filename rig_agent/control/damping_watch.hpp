@@ -2,6 +2,8 @@
 
 #include <Eigen/Core>
 
+#include "rig_agent/control/observer_lag.hpp"
+
 namespace tonus::control {
 
 /// Whether the damping of the safe state takes energy out of the handle, as damping must.
@@ -16,11 +18,11 @@ namespace tonus::control {
 /// wrong way. From then on damping is not to be given until begin(). A hand that pushes gives its energy
 /// through the force sensor and does not count, as long as the sensor is right.
 ///
-/// The observer answers accelerations that it did not predict by w^2 / (s + w)^2, w =
-/// ServoGains::observer_frequency; so does the torque of the force here, from zero at the start on as the
-/// observer, and the balance holds for a motion that lags. The first kSettling seconds, in which the observer
-/// forgets what it was told before, compare nothing. The torque that is given is no part of B: a motor that
-/// gives less than it is asked for damps less, and is no reason to stop.
+/// The observer answers accelerations that it did not predict late (ObserverLag); so does the torque of the
+/// force here, from zero at the start on as the observer, and the balance holds for a motion that lags. The
+/// first kSettling seconds, in which the observer forgets what it was told before, compare nothing. The
+/// torque that is given is no part of B: a motor that gives less than it is asked for damps less, and is no
+/// reason to stop.
 ///
 /// All methods are REALTIME.
 class DampingWatch {
@@ -43,13 +45,11 @@ class DampingWatch {
 
  private:
   const double period_;
-  const double observer_share_;  // Of the new value in one cycle.
   const int settling_cycles_;
 
   bool has_driven_ = false;
-  int cycles_ = 0;                                  // Since the start, up to settling_cycles_.
-  Eigen::Vector2d once_ = Eigen::Vector2d::Zero();  // N m, of the load.
-  Eigen::Vector2d twice_ = Eigen::Vector2d::Zero();
+  int cycles_ = 0;        // Since the start, up to settling_cycles_.
+  ObserverLag<1> load_;   // N m.
   double given_ = 0.0;    // J, to the hand.
   double largest_ = 0.0;  // J, of the kinetic energy.
   double lowest_ = 0.0;   // J, of B.

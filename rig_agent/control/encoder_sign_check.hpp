@@ -4,6 +4,7 @@
 #include <array>
 
 #include "rig_agent/control/unexplained_causes.hpp"
+#include "rig_agent/control/unexplained_window.hpp"
 #include "services/mechanics/two_link_dynamics.hpp"
 
 namespace tonus::control {
@@ -48,22 +49,14 @@ class EncoderSignCheck {
   };
 
   void start(const Eigen::Vector2d& unexplained, const Columns& causes) noexcept;
-  void take(const Eigen::Vector2d& unexplained, const Columns& causes) noexcept;
   /// Some more steps towards the least squares; what is left is never less than theirs.
   void fit(Hypothesis& hypothesis) const noexcept;
 
-  const double mean_share_;  // Shares of the new value in one cycle.
-  const double window_share_;
   const double taken_up_;  // (N m)^2, of what friction can take up
   const int cycles_needed_;
 
   bool is_started_ = false;
-  Columns mean_causes_ = Columns::Zero();
-  Eigen::Vector2d mean_unexplained_ = Eigen::Vector2d::Zero();
-  Eigen::Matrix<double, UnexplainedCauses::kCount, UnexplainedCauses::kCount> products_ =
-      Eigen::Matrix<double, UnexplainedCauses::kCount, UnexplainedCauses::kCount>::Zero();  // (N m)^2
-  Numbers responses_ = Numbers::Zero();  // of the causes with u, (N m)^2
-  double power_ = 0.0;                   // of u, (N m)^2
+  UnexplainedWindow<UnexplainedCauses::kCount> window_;
   Hypothesis sound_;
   std::array<Hypothesis, 2> reversed_;
   std::array<int, 2> cycles_{};

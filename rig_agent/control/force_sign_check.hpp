@@ -2,7 +2,9 @@
 
 #include <Eigen/Core>
 
+#include "rig_agent/control/observer_response.hpp"
 #include "rig_agent/control/servo_gains.hpp"
+#include "rig_agent/control/unexplained_window.hpp"
 #include "services/mechanics/two_link_dynamics.hpp"
 
 namespace tonus::control {
@@ -49,28 +51,17 @@ class ForceSignCheck {
   };
 
   void start(const Eigen::Vector2d& unexplained, const Columns& said) noexcept;
-  void filter(const Eigen::Vector2d& unexplained, const Columns& said) noexcept;
   /// Of the two columns from `first` on, with a ridge: what is silent is taken for good.
   [[nodiscard]] Fit fit(int first) const noexcept;
   /// Whether the channels explain what is left, better than a wrong model does.
   [[nodiscard]] bool explains_most(const Fit& channels) const noexcept;
 
-  const double observer_share_;  // Shares of the new value in one cycle.
-  const double unexplained_share_;
-  const double mean_share_;
-  const double window_share_;
   const double taken_up_;  // N m rms, of an s that friction could take up
   const int cycles_needed_;
 
   bool is_started_ = false;
-  Columns filtered_once_ = Columns::Zero();
-  Columns filtered_twice_ = Columns::Zero();
-  Columns said_ = Columns::Zero();
-  Columns mean_said_ = Columns::Zero();
-  Eigen::Vector2d mean_unexplained_ = Eigen::Vector2d::Zero();
-  Eigen::Matrix4d products_ = Eigen::Matrix4d::Zero();   // of s, (N m)^2
-  Eigen::Vector4d responses_ = Eigen::Vector4d::Zero();  // of s with u, (N m)^2
-  double power_ = 0.0;                                   // of u, (N m)^2
+  ObserverResponse<4> response_;
+  UnexplainedWindow<4> window_;
   Eigen::Vector2i cycles_reversed_ = Eigen::Vector2i::Zero();
 };
 

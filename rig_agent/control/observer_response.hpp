@@ -3,6 +3,7 @@
 #include <Eigen/Core>
 #include <cmath>
 
+#include "rig_agent/control/observer_lag.hpp"
 #include "rig_agent/control/servo.hpp"
 #include "rig_agent/control/servo_gains.hpp"
 
@@ -10,9 +11,9 @@ namespace tonus::control {
 
 /// What Servo::unexplained_torque() shows of joint torques that the observer did not predict.
 ///
-/// The observer answers an acceleration that it did not predict by w^2 / (s + w)^2, w =
-/// ServoGains::observer_frequency, and what it finds is low-passed at kUnexplainedFilter. A column of torques
-/// (N m at the two joints) that has passed the same can be compared with it. Torques from before start() are
+/// The observer answers an acceleration that it did not predict late (ObserverLag), and what it finds is
+/// low-passed at kUnexplainedFilter. A column of torques (N m at the two joints) that has passed the same can
+/// be compared with it. Torques from before start() are
 /// forgotten, the observer still answers them: the first kSettling seconds compare nothing.
 ///
 /// All methods are REALTIME.
@@ -24,21 +25,18 @@ class ObserverResponse {
 
   /// `period` in s.
   ObserverResponse(const ServoGains& gains, double period) noexcept
-      : observer_share_(1.0 - std::exp(-gains.observer_frequency * period)),
+      : lag_(gains.observer_frequency, period),
         unexplained_share_(1.0 - std::exp(-kUnexplainedFilter * period)),
         settling_cycles_(static_cast<int>(std::lround(kSettling / period))) {}
 
   void start(const Columns& torques) noexcept {
-    once_ = torques;
-    twice_ = torques;
+    lag_.start(torques);
     shown_ = torques;
     cycles_left_ = settling_cycles_;
   }
 
   const Columns& pass(const Columns& torques) noexcept {
-    once_ += observer_share_ * (torques - once_);
-    twice_ += observer_share_ * (once_ - twice_);
-    shown_ += unexplained_share_ * (twice_ - shown_);
+    shown_ += unexplained_share_ * (lag_.pass(torques) - shown_);
     if (cycles_left_ > 0) --cycles_left_;
     return shown_;
   }
@@ -46,12 +44,10 @@ class ObserverResponse {
   [[nodiscard]] bool is_settled() const noexcept { return cycles_left_ == 0; }
 
  private:
-  const double observer_share_;  // Shares of the new value in one cycle.
-  const double unexplained_share_;
+  ObserverLag<kColumns> lag_;
+  const double unexplained_share_;  // Of the new value in one cycle.
   const int settling_cycles_;
   int cycles_left_ = 0;
-  Columns once_ = Columns::Zero();
-  Columns twice_ = Columns::Zero();
   Columns shown_ = Columns::Zero();
 };
 
