@@ -109,6 +109,20 @@ TEST(ResampledCondition, IsTheMeasuredConditionWhereEachTrialGetsItsOwnBack) {
   EXPECT_LT((again.force - trials[2].force).cwiseAbs().maxCoeff(), 1e-9);
 }
 
+/// Method refined's numbers of one condition, and the same as an estimate to be changed.
+struct Compared {
+  refined::Estimate refined;
+  Estimate other;
+};
+
+Compared compared(const SimulatedRig& rig) {
+  const auto trials = simulate(typical_subject(), rig, directions(), 3);
+  std::vector<const Trial*> pointers;
+  pointers.reserve(trials.size());
+  for (const Trial& trial : trials) pointers.push_back(&trial);
+  return {find_refined(pointers, by(Method::kRefined)), identify(trials, by(Method::kRefined)).value()};
+}
+
 TEST(CrossCheck, PassesOnSoundDataAndStandsWithBothMethods) {
   const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
   const auto value_of = [&](Method method) {
@@ -134,23 +148,14 @@ TEST(CrossCheck, PassesOnARigThatFollowsItsCommandFast) {
 TEST(CrossCheck, PassesMethodsThatAgreeToFourDigitsInDataWithoutNoise) {
   SimulatedRig rig = rig_with_command();
   rig.encoder_counts = rig.force_noise = rig.force_resolution = 0.0;
-  const auto trials = simulate(typical_subject(), rig, directions(), 3);
-  std::vector<const Trial*> pointers;
-  pointers.reserve(trials.size());
-  for (const Trial& trial : trials) pointers.push_back(&trial);
-  const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
-  Estimate other = identify(trials, by(Method::kRefined)).value();
+  auto [refined, other] = compared(rig);
   other.low = other.high = other.value;  // an interval without width
   other.value.K(0, 0) += 0.5 * kSameNumber * other.value.K.cwiseAbs().maxCoeff();
   EXPECT_TRUE(cross_check(refined, other)->is_passed());
 }
 
 TEST(CrossCheck, ComparesTheNearestOfWhatTheIntervalsHoldForAKnownBias) {
-  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
-  std::vector<const Trial*> pointers;
-  for (const Trial& trial : trials) pointers.push_back(&trial);
-  const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
-  Estimate other = identify(trials, by(Method::kRefined)).value();
+  auto [refined, other] = compared(rig_with_command());
   const double half = 0.5 * (other.high.K(1, 0) - other.low.K(1, 0));
   Parameters bias = other.value;
   for (AxisMatrix* matrix : {&bias.M, &bias.B, &bias.K}) matrix->setZero();
@@ -167,11 +172,7 @@ TEST(CrossCheck, ComparesTheNearestOfWhatTheIntervalsHoldForAKnownBias) {
 }
 
 TEST(CrossCheck, SaysWhichElementDiffersAndByHowMuch) {
-  const auto trials = simulate(typical_subject(), rig_with_command(), directions(), 3);
-  std::vector<const Trial*> pointers;
-  for (const Trial& trial : trials) pointers.push_back(&trial);
-  const refined::Estimate refined = find_refined(pointers, by(Method::kRefined));
-  Estimate other = identify(trials, by(Method::kRefined)).value();
+  auto [refined, other] = compared(rig_with_command());
   const double half = 0.5 * (other.high.K(1, 0) - other.low.K(1, 0));
   const auto shifted_by = [&](double half_widths) {
     Estimate shifted = other;
