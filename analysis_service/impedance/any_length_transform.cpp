@@ -21,15 +21,17 @@ std::size_t smooth_length(std::size_t n) {
 
 }  // namespace
 
-AnyLengthTransform::AnyLengthTransform() { transform_.SetFlag(Eigen::FFT<double>::Unscaled); }
+AnyLengthTransform::AnyLengthTransform() { forget_tables(); }
+
+void AnyLengthTransform::forget_tables() {
+  transform_ = Eigen::FFT<double>();
+  transform_.SetFlag(Eigen::FFT<double>::Unscaled);
+  tables_.clear();
+}
 
 void AnyLengthTransform::make_room_for(std::size_t length) {
   if (tables_.contains(length)) return;
-  if (tables_.size() == kMostTables) {
-    transform_ = Eigen::FFT<double>();
-    transform_.SetFlag(Eigen::FFT<double>::Unscaled);
-    tables_.clear();
-  }
+  if (tables_.size() == kMostTables) forget_tables();
   tables_.insert(length);
 }
 

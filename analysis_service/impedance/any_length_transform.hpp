@@ -28,6 +28,7 @@ class AnyLengthTransform {
   void inv(std::vector<Complex>& output, const std::vector<Complex>& input);
 
  private:
+  void forget_tables();
   void make_room_for(std::size_t length);
   void prepare(std::size_t length);
   void convolve(std::vector<Complex>& output, const std::vector<Complex>& input, bool is_inverse);

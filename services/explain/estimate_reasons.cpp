@@ -172,8 +172,8 @@ constexpr Explanation kEstimateReasons[] = {
      "Strap the hand to the handle and tighten the handle; measure with two amplitudes and compare K."},
     {"methods_differ",
      "Suspect: methods refined and state_variable, the latter as given or less its known bias, differ in an "
-     "element by "
-     "more than their joint 95 % intervals. They see the same noise and make different use of the motion: on "
+     "element by more than their joint 95 % intervals. They see the same noise and make different use of the "
+     "motion: on "
      "an arm that M, B, K describe they agree.",
      "The arm or its grip is not what the model says (slack, hardening, a reflex); the command is not what "
      "moved the hand; single trials are far from the others.",

@@ -55,9 +55,8 @@ constexpr Explanation kFaultReasons[] = {
      "The encoder or its coupling is broken; the cable is out; the joint is blocked.",
      "Move the handle by hand and watch the counts; repair; then tonus clear-fault."},
     {"encoder_reversed", "A joint's counts go against what torque and force do to it.",
-     "An encoder counts the wrong way; two encoders are exchanged; a motor's polarity is wrong; a motor "
-     "gives "
-     "much less torque than it is asked for under a large load.",
+     "An encoder counts the wrong way; two encoders are exchanged; a motor's polarity is wrong; under a "
+     "large load, a motor gives much less torque than it is asked for.",
      "Do not run a trial. Check signs of encoders and motors, and the motors' torque, with the subject "
      "away."},
     {"force_still", "The handle moved and a force channel did not change.",

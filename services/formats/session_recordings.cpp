@@ -212,7 +212,7 @@ Result<std::vector<Recording>> recordings_of(store::Store& store, const Session&
     TONUS_TRY(append_auxiliary(store, trial, rig, run));
   }
   if (progress) progress(session.trials.size(), session.trials.size());
-  // A run is of perturbations: contractions of a session that ended before the first of them are none.
+  // A session that ended before its first perturbation has contractions alone, and those make no run.
   std::erase_if(runs, [](const Recording& run) { return run.events.empty(); });
   if (runs.empty()) {
     return fail(ErrorCode::kNotFound, fmt::format("session {}: store '{}' has no trial with samples of it",
